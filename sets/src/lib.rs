@@ -1,1 +1,19 @@
-//! zonobench
+//! Numbers and sets: outward-rounded intervals, differentiable numbers, boxes, zonotopes, ellipsoids.
+//!
+//! This crate knows no time, no files and no estimator. Everything here is deterministic: the same
+//! input gives the same bits on every processor, because products and sums have a fixed order, no
+//! multiplication is fused, and transcendental functions come from `libm`.
+
+pub mod error;
+pub mod interval_matrix;
+pub mod interval_vector;
+pub mod matrix;
+pub mod number;
+pub mod ops;
+pub mod rounding;
+
+pub use error::SetError;
+pub use interval_matrix::IntervalMatrix;
+pub use interval_vector::IntervalVector;
+pub use matrix::Matrix;
+pub use number::{Dual, Interval, Real};

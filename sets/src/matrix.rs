@@ -1,0 +1,407 @@
+//! Dense real matrices with products in a fixed order.
+//!
+//! Stored by rows, because generators are many and states few: a row of G is long, and every kernel
+//! here runs along it. Entry (i, j) of a product is Σ_k a_ik·b_kj summed in ascending k, one rounding
+//! a product and one a sum, never fused, so the bits do not depend on the processor. This is the only
+//! file that names nalgebra, which provides the factorizations.
+
+use crate::{SetError, ops};
+use nalgebra::DMatrix;
+use std::fmt;
+use std::ops::{Index, IndexMut};
+
+/// A dense real matrix, stored by rows.
+#[derive(Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+pub struct Matrix {
+    rows: usize,
+    cols: usize,
+    data: Vec<f64>,
+}
+
+impl Matrix {
+    /// The `rows` × `cols` matrix of zeros.
+    pub fn zeros(rows: usize, cols: usize) -> Self {
+        Self { rows, cols, data: vec![0.0; rows * cols] }
+    }
+
+    /// The identity of size `n`.
+    pub fn identity(n: usize) -> Self {
+        Self::diagonal(&vec![1.0; n])
+    }
+
+    /// diag(d).
+    pub fn diagonal(d: &[f64]) -> Self {
+        let mut m = Self::zeros(d.len(), d.len());
+        for (i, &x) in d.iter().enumerate() {
+            m[(i, i)] = x;
+        }
+        m
+    }
+
+    /// The matrix with these rows; all must have the same length.
+    pub fn from_rows<R: AsRef<[f64]>>(rows: &[R]) -> Result<Self, SetError> {
+        let cols = rows.first().map_or(0, |r| r.as_ref().len());
+        let mut data = Vec::with_capacity(rows.len() * cols);
+        for row in rows {
+            let row = row.as_ref();
+            if row.len() != cols {
+                return Err(SetError::Dimension { op: "matrix rows", expected: cols, got: row.len() });
+            }
+            data.extend_from_slice(row);
+        }
+        Ok(Self { rows: rows.len(), cols, data })
+    }
+
+    /// The `rows` × `cols` matrix whose entry (i, j) is `f(i, j)`.
+    pub fn from_fn(rows: usize, cols: usize, mut f: impl FnMut(usize, usize) -> f64) -> Self {
+        let mut data = Vec::with_capacity(rows * cols);
+        for i in 0..rows {
+            for j in 0..cols {
+                data.push(f(i, j));
+            }
+        }
+        Self { rows, cols, data }
+    }
+
+    /// A column vector.
+    pub fn column(v: &[f64]) -> Self {
+        Self { rows: v.len(), cols: 1, data: v.to_vec() }
+    }
+
+    /// Number of rows.
+    #[inline]
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Number of columns.
+    #[inline]
+    pub fn cols(&self) -> usize {
+        self.cols
+    }
+
+    /// Row `i`.
+    #[inline]
+    pub fn row(&self, i: usize) -> &[f64] {
+        &self.data[i * self.cols..(i + 1) * self.cols]
+    }
+
+    /// Row `i`, mutable.
+    #[inline]
+    pub fn row_mut(&mut self, i: usize) -> &mut [f64] {
+        &mut self.data[i * self.cols..(i + 1) * self.cols]
+    }
+
+    /// All entries, row after row.
+    #[inline]
+    pub fn as_slice(&self) -> &[f64] {
+        &self.data
+    }
+
+    /// All entries, row after row, mutable.
+    #[inline]
+    pub fn as_mut_slice(&mut self) -> &mut [f64] {
+        &mut self.data
+    }
+
+    /// Column `j`, copied.
+    pub fn col(&self, j: usize) -> Vec<f64> {
+        (0..self.rows).map(|i| self[(i, j)]).collect()
+    }
+
+    /// The transpose.
+    pub fn transpose(&self) -> Self {
+        Self::from_fn(self.cols, self.rows, |i, j| self[(j, i)])
+    }
+
+    /// The columns with these indices, in this order.
+    pub fn select_columns(&self, indices: &[usize]) -> Self {
+        let mut data = Vec::with_capacity(self.rows * indices.len());
+        for i in 0..self.rows {
+            let row = self.row(i);
+            data.extend(indices.iter().map(|&j| row[j]));
+        }
+        Self { rows: self.rows, cols: indices.len(), data }
+    }
+
+    /// [M₁, M₂, …]: the blocks side by side; all must have the same number of rows.
+    pub fn hcat(blocks: &[&Matrix]) -> Self {
+        let rows = blocks.first().map_or(0, |b| b.rows);
+        let cols = blocks.iter().map(|b| b.cols).sum();
+        let mut data = Vec::with_capacity(rows * cols);
+        for i in 0..rows {
+            for b in blocks {
+                assert_eq!(b.rows, rows, "hcat: blocks have as many rows as the first");
+                data.extend_from_slice(b.row(i));
+            }
+        }
+        Self { rows, cols, data }
+    }
+
+    /// [M₁; M₂; …]: the blocks below each other; all must have the same number of columns.
+    pub fn vcat(blocks: &[&Matrix]) -> Self {
+        let cols = blocks.first().map_or(0, |b| b.cols);
+        let mut data = Vec::new();
+        for b in blocks {
+            assert_eq!(b.cols, cols, "vcat: blocks have as many columns as the first");
+            data.extend_from_slice(&b.data);
+        }
+        Self { rows: data.len().checked_div(cols).unwrap_or(blocks.iter().map(|b| b.rows).sum()), cols, data }
+    }
+
+    /// The product M B, entry (i, j) = Σ_k m_ik b_kj in ascending k.
+    pub fn mul(&self, b: &Matrix) -> Self {
+        let mut out = Self::zeros(self.rows, b.cols);
+        self.mul_into(b, &mut out);
+        out
+    }
+
+    /// The product M B into `out`, which is resized.
+    pub fn mul_into(&self, b: &Matrix, out: &mut Matrix) {
+        assert_eq!(self.cols, b.rows, "product: inner dimensions agree");
+        out.reset(self.rows, b.cols);
+        ops::count(self.rows * b.cols * self.cols, self.rows * b.cols * self.cols.saturating_sub(1));
+        for i in 0..self.rows {
+            let target = &mut out.data[i * b.cols..(i + 1) * b.cols];
+            for (k, &m) in self.row(i).iter().enumerate() {
+                if k == 0 {
+                    for (t, &x) in target.iter_mut().zip(b.row(0)) {
+                        *t = m * x;
+                    }
+                } else {
+                    for (t, &x) in target.iter_mut().zip(b.row(k)) {
+                        *t += m * x;
+                    }
+                }
+            }
+        }
+    }
+
+    /// M Bᵀ, entry (i, j) = `dot`(row i of M, row j of B).
+    pub fn mul_transpose(&self, b: &Matrix) -> Self {
+        assert_eq!(self.cols, b.cols, "product with a transpose: inner dimensions agree");
+        ops::count(self.rows * b.rows * self.cols, self.rows * b.rows * self.cols.saturating_sub(1));
+        Self::from_fn(self.rows, b.rows, |i, j| dot(self.row(i), b.row(j)))
+    }
+
+    /// M Mᵀ, exactly symmetric.
+    pub fn gram(&self) -> Self {
+        let n = self.rows;
+        ops::count(n * (n + 1) / 2 * self.cols, n * (n + 1) / 2 * self.cols.saturating_sub(1));
+        let mut out = Self::zeros(n, n);
+        for i in 0..n {
+            for j in 0..=i {
+                let s = dot(self.row(i), self.row(j));
+                out[(i, j)] = s;
+                out[(j, i)] = s;
+            }
+        }
+        out
+    }
+
+    /// M v, entry i = Σ_k m_ik v_k in ascending k.
+    pub fn mul_vec(&self, v: &[f64]) -> Vec<f64> {
+        assert_eq!(self.cols, v.len(), "matrix times vector: dimensions agree");
+        ops::count(self.rows * self.cols, self.rows * self.cols.saturating_sub(1));
+        (0..self.rows).map(|i| self.row(i).iter().zip(v).fold(0.0, |s, (&m, &x)| s + m * x)).collect()
+    }
+
+    /// M + B.
+    pub fn add(&self, b: &Matrix) -> Self {
+        self.zip(b, |x, y| x + y)
+    }
+
+    /// M − B.
+    pub fn sub(&self, b: &Matrix) -> Self {
+        self.zip(b, |x, y| x - y)
+    }
+
+    /// s M.
+    pub fn scale(&self, s: f64) -> Self {
+        ops::count(self.data.len(), 0);
+        self.map(|x| s * x)
+    }
+
+    /// |M|, entrywise.
+    pub fn abs(&self) -> Self {
+        self.map(f64::abs)
+    }
+
+    /// (M + Mᵀ)/2.
+    pub fn symmetrized(&self) -> Self {
+        Self::from_fn(self.rows, self.cols, |i, j| 0.5 * (self[(i, j)] + self[(j, i)]))
+    }
+
+    /// `f` of every entry.
+    pub fn map(&self, f: impl Fn(f64) -> f64) -> Self {
+        Self { rows: self.rows, cols: self.cols, data: self.data.iter().map(|&x| f(x)).collect() }
+    }
+
+    fn zip(&self, b: &Matrix, f: impl Fn(f64, f64) -> f64) -> Self {
+        assert_eq!((self.rows, self.cols), (b.rows, b.cols), "entrywise: shapes agree");
+        ops::count(0, self.data.len());
+        let data = self.data.iter().zip(&b.data).map(|(&x, &y)| f(x, y)).collect();
+        Self { rows: self.rows, cols: self.cols, data }
+    }
+
+    /// |M| 1: the row sums of absolute values, rounded to nearest.
+    pub fn abs_row_sums(&self) -> Vec<f64> {
+        ops::count(0, self.rows * self.cols.saturating_sub(1));
+        (0..self.rows).map(|i| abs_sum(self.row(i))).collect()
+    }
+
+    /// True if every entry is finite.
+    pub fn is_finite(&self) -> bool {
+        self.data.iter().all(|x| x.is_finite())
+    }
+
+    /// Makes this a `rows` × `cols` matrix of zeros without giving up its memory.
+    pub fn reset(&mut self, rows: usize, cols: usize) {
+        self.rows = rows;
+        self.cols = cols;
+        self.data.clear();
+        self.data.resize(rows * cols, 0.0);
+    }
+
+    fn to_nalgebra(&self) -> DMatrix<f64> {
+        DMatrix::from_row_slice(self.rows, self.cols, &self.data)
+    }
+
+    fn from_nalgebra(m: &DMatrix<f64>) -> Self {
+        Self::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)])
+    }
+
+    /// Eigenvalues λ and orthonormal eigenvectors V (columns) of the symmetric part, M = V diag(λ) Vᵀ.
+    pub fn symmetric_eigen(&self) -> (Vec<f64>, Matrix) {
+        let eigen = self.symmetrized().to_nalgebra().symmetric_eigen();
+        (eigen.eigenvalues.iter().copied().collect(), Self::from_nalgebra(&eigen.eigenvectors))
+    }
+
+    /// The singular values, largest first.
+    pub fn singular_values(&self) -> Vec<f64> {
+        let mut s: Vec<f64> = self.to_nalgebra().singular_values().iter().copied().collect();
+        s.sort_by(|a, b| b.total_cmp(a));
+        s
+    }
+
+    /// The number of singular values above `max(rows, cols) · ε · σ_max`.
+    pub fn rank(&self) -> usize {
+        let s = self.singular_values();
+        let cut = s.first().copied().unwrap_or(0.0) * f64::EPSILON * self.rows.max(self.cols) as f64;
+        s.iter().filter(|&&x| x > cut).count()
+    }
+
+    /// M⁻¹ by LU with partial pivoting, rounded to nearest (a heuristic where a guarantee is at stake).
+    pub fn inverse(&self) -> Result<Matrix, SetError> {
+        let inverse = self.to_nalgebra().try_inverse().ok_or(SetError::Singular { op: "inverse" })?;
+        let inverse = Self::from_nalgebra(&inverse);
+        if inverse.is_finite() { Ok(inverse) } else { Err(SetError::Singular { op: "inverse" }) }
+    }
+
+    /// The lower triangular L with M = L Lᵀ, for a symmetric positive definite M.
+    pub fn cholesky(&self) -> Result<Matrix, SetError> {
+        let factor = self.to_nalgebra().cholesky().ok_or(SetError::Singular { op: "Cholesky factor" })?;
+        Ok(Self::from_nalgebra(&factor.l()))
+    }
+
+    /// M⁺, the Moore–Penrose inverse (Mᵀ M)⁻¹ Mᵀ of a matrix of full column rank, by SVD.
+    pub fn pseudo_inverse(&self) -> Result<Matrix, SetError> {
+        let cut = self.singular_values().first().copied().unwrap_or(0.0)
+            * f64::EPSILON
+            * self.rows.max(self.cols) as f64;
+        let inverse =
+            self.to_nalgebra().pseudo_inverse(cut).map_err(|_| SetError::Singular { op: "pseudo-inverse" })?;
+        Ok(Self::from_nalgebra(&inverse))
+    }
+}
+
+impl Index<(usize, usize)> for Matrix {
+    type Output = f64;
+    #[inline]
+    fn index(&self, (i, j): (usize, usize)) -> &f64 {
+        &self.data[i * self.cols + j]
+    }
+}
+
+impl IndexMut<(usize, usize)> for Matrix {
+    #[inline]
+    fn index_mut(&mut self, (i, j): (usize, usize)) -> &mut f64 {
+        &mut self.data[i * self.cols + j]
+    }
+}
+
+impl fmt::Debug for Matrix {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_list().entries((0..self.rows).map(|i| self.row(i))).finish()
+    }
+}
+
+/// Σ a_i b_i in eight interleaved lanes, added up as a fixed tree.
+#[inline]
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut lanes = [0.0; 8];
+    let (a8, b8) = (a.chunks_exact(8), b.chunks_exact(8));
+    let (a_rest, b_rest) = (a8.remainder(), b8.remainder());
+    for (x, y) in a8.zip(b8) {
+        for i in 0..8 {
+            lanes[i] += x[i] * y[i];
+        }
+    }
+    for (i, (x, y)) in a_rest.iter().zip(b_rest).enumerate() {
+        lanes[i] += x * y;
+    }
+    tree(lanes)
+}
+
+/// Σ |a_i| in eight interleaved lanes, added up as a fixed tree. At most len/8 + 4 additions in a row.
+#[inline]
+pub fn abs_sum(a: &[f64]) -> f64 {
+    let mut lanes = [0.0; 8];
+    let a8 = a.chunks_exact(8);
+    let rest = a8.remainder();
+    for x in a8 {
+        for i in 0..8 {
+            lanes[i] += x[i].abs();
+        }
+    }
+    for (i, x) in rest.iter().enumerate() {
+        lanes[i] += x.abs();
+    }
+    tree(lanes)
+}
+
+#[inline]
+fn tree(l: [f64; 8]) -> f64 {
+    ((l[0] + l[1]) + (l[2] + l[3])) + ((l[4] + l[5]) + (l[6] + l[7]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_product_is_the_sum_over_the_inner_index() {
+        let a = Matrix::from_rows(&[[1.0, 2.0], [3.0, 4.0]]).unwrap();
+        let b = Matrix::from_rows(&[[5.0], [6.0]]).unwrap();
+        assert_eq!(a.mul(&b), Matrix::from_rows(&[[17.0], [39.0]]).unwrap());
+        assert_eq!(a.mul_vec(&[5.0, 6.0]), [17.0, 39.0]);
+        assert_eq!(a.mul_transpose(&b.transpose()), a.mul(&b));
+        assert_eq!(a.gram(), a.mul(&a.transpose()));
+    }
+
+    #[test]
+    fn lanes_give_the_same_sum_for_every_length() {
+        for n in 0..40 {
+            let v: Vec<f64> = (0..n).map(|i| i as f64 - 3.0).collect();
+            assert_eq!(dot(&v, &v), v.iter().map(|x| x * x).sum::<f64>());
+            assert_eq!(abs_sum(&v), v.iter().map(|x| x.abs()).sum::<f64>());
+        }
+    }
+
+    #[test]
+    fn the_pseudo_inverse_is_a_left_inverse() {
+        let a = Matrix::from_rows(&[[1.0, 2.0], [3.0, 4.0], [5.0, 7.0]]).unwrap();
+        let i = a.pseudo_inverse().unwrap().mul(&a);
+        assert!(i.sub(&Matrix::identity(2)).as_slice().iter().all(|x| x.abs() < 1e-13));
+    }
+}
