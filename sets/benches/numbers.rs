@@ -26,7 +26,7 @@ fn pairs() -> Vec<(Interval, Interval)> {
     let interval = |lo, hi| Interval::new(lo, hi).expect("the bounds are ordered");
     let pair = |i: u32| {
         let t = f64::from(i.wrapping_mul(2_654_435_761) >> 12) / f64::from(1 << 20);
-        let sign = if i % 3 == 0 { -1.0 } else { 1.0 };
+        let sign = if i.is_multiple_of(3) { -1.0 } else { 1.0 };
         let b = sign * (0.1 + t);
         (
             interval(2.0 * t - 1.5, 2.0 * t - 1.0),

@@ -417,7 +417,7 @@ fn sin_cos_and_tan_contain_the_exact_values() {
             let t = fixed(t, SERIES);
             let magnitude: BigInt = t.abs() >> SERIES;
             let slack: BigInt = &error * (magnitude + 2);
-            (sign * ((&t * &c >> SERIES) - &s), slack)
+            (sign * (((&t * &c) >> SERIES) - &s), slack)
         };
         let ((low, low_slack), (high, high_slack)) = (compare(tangent.lo()), compare(tangent.hi()));
         assert!(
