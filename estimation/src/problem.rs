@@ -52,7 +52,11 @@ pub struct ProblemError {
 }
 
 fn fault(key: &'static str, expected: impl Into<String>, got: impl Into<String>) -> UncertainError {
-    UncertainError { key, expected: expected.into(), got: got.into() }
+    UncertainError {
+        key,
+        expected: expected.into(),
+        got: got.into(),
+    }
 }
 
 /// How far Σ may be from symmetric and from positive semidefinite, relative to its largest entry:
@@ -62,18 +66,32 @@ pub const COVARIANCE_TOLERANCE: f64 = 1e-12;
 impl Uncertain {
     /// The point `c`: nothing is uncertain.
     pub fn point(center: Vec<f64>) -> Self {
-        Self { center, generators: None, bounds: None, constraints: None, mean: None, covariance: None }
+        Self {
+            center,
+            generators: None,
+            bounds: None,
+            constraints: None,
+            mean: None,
+            covariance: None,
+        }
     }
 
     /// The zonotope c ⊕ G [−1, 1]^p.
     pub fn zonotope(center: Vec<f64>, generators: Matrix) -> Self {
-        Self { generators: Some(generators), ..Self::point(center) }
+        Self {
+            generators: Some(generators),
+            ..Self::point(center)
+        }
     }
 
     /// The Gaussian N(`mean`, `covariance`).
     pub fn gaussian(mean: Vec<f64>, covariance: Matrix) -> Self {
         let center = vec![0.0; mean.len()];
-        Self { mean: Some(mean), covariance: Some(covariance), ..Self::point(center) }
+        Self {
+            mean: Some(mean),
+            covariance: Some(covariance),
+            ..Self::point(center)
+        }
     }
 
     /// The box `lower` ≤ x ≤ `upper`, kept exactly in `bounds`, with a center and a diagonal generator
@@ -82,21 +100,33 @@ impl Uncertain {
     /// Fails on different lengths, NaN or infinity, and lo > hi.
     pub fn from_box(lower: &[f64], upper: &[f64]) -> Result<Self, UncertainError> {
         if lower.len() != upper.len() {
-            return Err(fault("box", format!("{} upper bounds", lower.len()), upper.len().to_string()));
+            return Err(fault(
+                "box",
+                format!("{} upper bounds", lower.len()),
+                upper.len().to_string(),
+            ));
         }
         let (mut center, mut radius, mut bounds) = (Vec::new(), Vec::new(), Vec::new());
         for (i, (&lo, &hi)) in lower.iter().zip(upper).enumerate() {
             if !(lo.is_finite() && hi.is_finite()) {
-                return Err(fault("box", "finite numbers", format!("[{lo}, {hi}] in component {}", i + 1)));
+                return Err(fault(
+                    "box",
+                    "finite numbers",
+                    format!("[{lo}, {hi}] in component {}", i + 1),
+                ));
             }
             if lo > hi {
-                return Err(fault("box", "lower <= upper", format!("[{lo}, {hi}] in component {}", i + 1)));
+                return Err(fault(
+                    "box",
+                    "lower <= upper",
+                    format!("[{lo}, {hi}] in component {}", i + 1),
+                ));
             }
             // Halved first, so that the sum of two large bounds does not overflow.
             let c = 0.5 * lo + 0.5 * hi;
             center.push(c);
             radius.push(difference_up(hi, c).max(difference_up(c, lo)));
-            bounds.push(Interval::new(lo, hi));
+            bounds.push(Interval::new(lo, hi).expect("the bounds are finite and ordered"));
         }
         Ok(Self {
             generators: Some(Matrix::diagonal(&radius)),
@@ -112,12 +142,16 @@ impl Uncertain {
 
     /// G, or the n × 0 matrix where the set part is a point.
     pub fn generator_matrix(&self) -> Matrix {
-        self.generators.clone().unwrap_or_else(|| Matrix::zeros(self.dim(), 0))
+        self.generators
+            .clone()
+            .unwrap_or_else(|| Matrix::zeros(self.dim(), 0))
     }
 
     /// Σ, or the n × n matrix of zeros where there is no Gaussian part.
     pub fn covariance_matrix(&self) -> Matrix {
-        self.covariance.clone().unwrap_or_else(|| Matrix::zeros(self.dim(), self.dim()))
+        self.covariance
+            .clone()
+            .unwrap_or_else(|| Matrix::zeros(self.dim(), self.dim()))
     }
 
     /// The mean of the vector read as a Gaussian alone: m, or c where no mean was given.
@@ -152,10 +186,10 @@ impl Uncertain {
         let sides = self.center.iter().enumerate().map(|(i, &c)| {
             let row = self.generators.as_ref().map_or(&[][..], |g| g.row(i));
             if row.iter().all(|&g| g == 0.0) {
-                return Interval::new(c, c);
+                return Interval::point(c);
             }
             let radius = up(row.iter().fold(0.0, |s, g| s + g.abs()), row.len());
-            Interval::new((c - radius).next_down(), (c + radius).next_up())
+            Interval::from_center_radius(c, radius)
         });
         IntervalVector::new(sides.collect())
     }
@@ -165,14 +199,22 @@ impl Uncertain {
         finite_vector("center", &self.center, n)?;
         if let Some(g) = &self.generators {
             if g.rows() != n {
-                return Err(fault("generators", format!("{n} rows"), g.rows().to_string()));
+                return Err(fault(
+                    "generators",
+                    format!("{n} rows"),
+                    g.rows().to_string(),
+                ));
             }
             finite_matrix("generators", g)?;
         }
         if let Some(bounds) = &self.bounds
             && bounds.dim() != n
         {
-            return Err(fault("box", format!("{n} pairs [lower, upper]"), bounds.dim().to_string()));
+            return Err(fault(
+                "box",
+                format!("{n} pairs [lower, upper]"),
+                bounds.dim().to_string(),
+            ));
         }
         if let Some((a, b)) = &self.constraints {
             let p = self.generators.as_ref().map_or(0, Matrix::cols);
@@ -181,7 +223,11 @@ impl Uncertain {
                 return Err(fault("constraints", expected, a.cols().to_string()));
             }
             if a.rows() != b.len() {
-                return Err(fault("constraints", format!("b of length {}", a.rows()), b.len().to_string()));
+                return Err(fault(
+                    "constraints",
+                    format!("b of length {}", a.rows()),
+                    b.len().to_string(),
+                ));
             }
             finite_matrix("constraints", a)?;
             finite_vector("constraints", b, b.len())?;
@@ -200,7 +246,11 @@ impl Uncertain {
 /// [`COVARIANCE_TOLERANCE`] times the largest entry. `key` names it in the error.
 pub fn check_covariance(key: &'static str, s: &Matrix, n: usize) -> Result<(), UncertainError> {
     if (s.rows(), s.cols()) != (n, n) {
-        return Err(fault(key, format!("{n} x {n}"), format!("{} x {}", s.rows(), s.cols())));
+        return Err(fault(
+            key,
+            format!("{n} x {n}"),
+            format!("{} x {}", s.rows(), s.cols()),
+        ));
     }
     finite_matrix(key, s)?;
     let scale = s.as_slice().iter().fold(0.0_f64, |m, x| m.max(x.abs()));
@@ -210,13 +260,22 @@ pub fn check_covariance(key: &'static str, s: &Matrix, n: usize) -> Result<(), U
             if (s[(i, j)] - s[(j, i)]).abs() > slack {
                 let got = format!(
                     "{} in row {}, column {} and {} in row {}, column {}",
-                    s[(i, j)], i + 1, j + 1, s[(j, i)], j + 1, i + 1
+                    s[(i, j)],
+                    i + 1,
+                    j + 1,
+                    s[(j, i)],
+                    j + 1,
+                    i + 1
                 );
                 return Err(fault(key, "a symmetric matrix", got));
             }
         }
     }
-    let smallest = s.symmetric_eigen().0.into_iter().fold(f64::INFINITY, f64::min);
+    let smallest = s
+        .symmetric_eigen()
+        .0
+        .into_iter()
+        .fold(f64::INFINITY, f64::min);
     if smallest < -slack * n as f64 {
         let got = format!("the eigenvalue {smallest:.6}");
         return Err(fault(key, "a positive semidefinite matrix", got));
@@ -229,7 +288,11 @@ fn finite_vector(key: &'static str, v: &[f64], n: usize) -> Result<(), Uncertain
         return Err(fault(key, format!("{n} numbers"), v.len().to_string()));
     }
     match v.iter().position(|x| !x.is_finite()) {
-        Some(i) => Err(fault(key, "finite numbers", format!("{} in component {}", v[i], i + 1))),
+        Some(i) => Err(fault(
+            key,
+            "finite numbers",
+            format!("{} in component {}", v[i], i + 1),
+        )),
         None => Ok(()),
     }
 }
@@ -238,7 +301,11 @@ fn finite_matrix(key: &'static str, m: &Matrix) -> Result<(), UncertainError> {
     match m.as_slice().iter().position(|x| !x.is_finite()) {
         Some(at) => {
             let (i, j) = (at / m.cols() + 1, at % m.cols() + 1);
-            Err(fault(key, "finite numbers", format!("{} in row {i}, column {j}", m.as_slice()[at])))
+            Err(fault(
+                key,
+                "finite numbers",
+                format!("{} in row {i}, column {j}", m.as_slice()[at]),
+            ))
         }
         None => Ok(()),
     }
@@ -277,7 +344,12 @@ impl Problem {
         w: Uncertain,
         v: Uncertain,
     ) -> Result<Self, ProblemError> {
-        let problem = Self { system, prior, w, v };
+        let problem = Self {
+            system,
+            prior,
+            w,
+            v,
+        };
         problem.validate()?;
         Ok(problem)
     }
@@ -287,8 +359,12 @@ impl Problem {
         let variables = self.system.variables();
         let deltas = self.system.n_delta();
         let at = |part| move |source| ProblemError { part, source };
-        self.prior.validate(variables.x.len()).map_err(at("prior"))?;
-        self.w.validate(variables.w.len() - deltas).map_err(at("noise.w"))?;
+        self.prior
+            .validate(variables.x.len())
+            .map_err(at("prior"))?;
+        self.w
+            .validate(variables.w.len() - deltas)
+            .map_err(at("noise.w"))?;
         self.v.validate(variables.v.len()).map_err(at("noise.v"))
     }
 }
@@ -327,15 +403,30 @@ mod tests {
 
     #[test]
     fn reversed_or_infinite_bounds_are_refused_with_their_component() {
-        let message = |lo, hi| Uncertain::from_box(&[0.0, lo], &[0.0, hi]).unwrap_err().to_string();
-        assert_eq!(message(2.0, 1.0), "box: expected lower <= upper, got [2, 1] in component 2");
-        assert_eq!(message(f64::NAN, 1.0), "box: expected finite numbers, got [NaN, 1] in component 2");
-        assert_eq!(message(0.0, f64::INFINITY), "box: expected finite numbers, got [0, inf] in component 2");
+        let message = |lo, hi| {
+            Uncertain::from_box(&[0.0, lo], &[0.0, hi])
+                .unwrap_err()
+                .to_string()
+        };
+        assert_eq!(
+            message(2.0, 1.0),
+            "box: expected lower <= upper, got [2, 1] in component 2"
+        );
+        assert_eq!(
+            message(f64::NAN, 1.0),
+            "box: expected finite numbers, got [NaN, 1] in component 2"
+        );
+        assert_eq!(
+            message(0.0, f64::INFINITY),
+            "box: expected finite numbers, got [0, inf] in component 2"
+        );
     }
 
     #[test]
     fn an_asymmetric_or_indefinite_covariance_is_refused() {
-        let covariance = |rows: [[f64; 2]; 2]| Uncertain::gaussian(vec![0.0; 2], Matrix::from_rows(&rows).unwrap());
+        let covariance = |rows: [[f64; 2]; 2]| {
+            Uncertain::gaussian(vec![0.0; 2], Matrix::from_rows(&rows).unwrap())
+        };
         assert_eq!(
             message(&covariance([[1.0, 0.5], [0.4, 1.0]]), 2),
             "covariance: expected a symmetric matrix, got 0.4 in row 2, column 1 and 0.5 in row 1, column 2"
@@ -344,19 +435,31 @@ mod tests {
             message(&covariance([[1.0, 2.0], [2.0, 1.0]]), 2),
             "covariance: expected a positive semidefinite matrix, got the eigenvalue -1.000000"
         );
-        assert!(covariance([[1.0, 2.0], [2.0, 4.0]]).validate(2).is_ok(), "singular is allowed");
-        assert!(covariance([[0.0, 0.0], [0.0, 0.0]]).validate(2).is_ok(), "zero is allowed");
+        assert!(
+            covariance([[1.0, 2.0], [2.0, 4.0]]).validate(2).is_ok(),
+            "singular is allowed"
+        );
+        assert!(
+            covariance([[0.0, 0.0], [0.0, 0.0]]).validate(2).is_ok(),
+            "zero is allowed"
+        );
     }
 
     #[test]
     fn a_wrong_shape_is_refused_with_its_key() {
-        assert_eq!(message(&Uncertain::point(vec![0.0]), 2), "center: expected 2 numbers, got 1");
+        assert_eq!(
+            message(&Uncertain::point(vec![0.0]), 2),
+            "center: expected 2 numbers, got 1"
+        );
         let z = Uncertain::zonotope(vec![0.0; 2], Matrix::zeros(3, 1));
         assert_eq!(message(&z, 2), "generators: expected 2 rows, got 3");
         let constrained = Uncertain {
             constraints: Some((Matrix::zeros(1, 2), vec![0.0])),
             ..Uncertain::zonotope(vec![0.0; 2], Matrix::zeros(2, 3))
         };
-        assert_eq!(message(&constrained, 2), "constraints: expected a with 3 columns, one a generator, got 2");
+        assert_eq!(
+            message(&constrained, 2),
+            "constraints: expected a with 3 columns, one a generator, got 2"
+        );
     }
 }

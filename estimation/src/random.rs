@@ -100,7 +100,11 @@ impl Draws {
 
     /// −1 or +1, with equal chances.
     pub fn sign(&mut self, step: usize, component: usize, attempt: usize) -> f64 {
-        if self.words(step, component, attempt)[0] >> 63 == 1 { 1.0 } else { -1.0 }
+        if self.words(step, component, attempt)[0] >> 63 == 1 {
+            1.0
+        } else {
+            -1.0
+        }
     }
 }
 
@@ -129,7 +133,10 @@ mod tests {
         let (mean, variance, kurtosis) = moments(&values);
         // Five standard errors: mean √(1/3/N), variance √(4/45/N).
         assert!(mean.abs() < 5.0 * (1.0 / 3.0 / N as f64).sqrt(), "{mean}");
-        assert!((variance - 1.0 / 3.0).abs() < 5.0 * (4.0 / 45.0 / N as f64).sqrt(), "{variance}");
+        assert!(
+            (variance - 1.0 / 3.0).abs() < 5.0 * (4.0 / 45.0 / N as f64).sqrt(),
+            "{variance}"
+        );
         assert!((kurtosis - 1.8).abs() < 0.03, "{kurtosis}");
         assert!(values.iter().all(|x| (-1.0..1.0).contains(x)));
     }
@@ -140,12 +147,21 @@ mod tests {
         let values: Vec<f64> = (0..N).map(|k| draws.gaussian(k, 1, 0)).collect();
         let (mean, variance, kurtosis) = moments(&values);
         assert!(mean.abs() < 5.0 / (N as f64).sqrt(), "{mean}");
-        assert!((variance - 1.0).abs() < 5.0 * (2.0 / N as f64).sqrt(), "{variance}");
-        assert!((kurtosis - 3.0).abs() < 5.0 * (24.0 / N as f64).sqrt(), "{kurtosis}");
+        assert!(
+            (variance - 1.0).abs() < 5.0 * (2.0 / N as f64).sqrt(),
+            "{variance}"
+        );
+        assert!(
+            (kurtosis - 3.0).abs() < 5.0 * (24.0 / N as f64).sqrt(),
+            "{kurtosis}"
+        );
         for (bound, probability) in [(1.0, 0.317_310_5), (2.0, 0.045_500_3), (3.0, 0.002_699_8)] {
             let beyond = values.iter().filter(|x| x.abs() > bound).count() as f64 / N as f64;
             let error = (probability * (1.0 - probability) / N as f64).sqrt();
-            assert!((beyond - probability).abs() < 5.0 * error, "{bound}: {beyond}");
+            assert!(
+                (beyond - probability).abs() < 5.0 * error,
+                "{bound}: {beyond}"
+            );
         }
     }
 
@@ -156,12 +172,18 @@ mod tests {
         let mut next_seed = Draws::new(2, Purpose::W, 0);
         let mut other_purpose = Draws::new(1, Purpose::V, 0);
         let here: Vec<f64> = (0..N).map(|k| draws.uniform(k, 0, 0)).collect();
-        let mut against = |name: &str, mut other: Box<dyn FnMut(usize) -> f64 + '_>| {
+        let against = |name: &str, mut other: Box<dyn FnMut(usize) -> f64 + '_>| {
             let product: f64 = here.iter().enumerate().map(|(k, x)| x * other(k)).sum();
             // A mean of N products of variance 1/9.
-            assert!((product / N as f64).abs() < 5.0 / 3.0 / (N as f64).sqrt(), "{name}");
+            assert!(
+                (product / N as f64).abs() < 5.0 / 3.0 / (N as f64).sqrt(),
+                "{name}"
+            );
         };
-        against("step", Box::new(|k| Draws::new(1, Purpose::W, 0).uniform(k + 1, 0, 0)));
+        against(
+            "step",
+            Box::new(|k| Draws::new(1, Purpose::W, 0).uniform(k + 1, 0, 0)),
+        );
         against("component", Box::new(|k| draws.clone().uniform(k, 1, 0)));
         against("attempt", Box::new(|k| draws.clone().uniform(k, 0, 1)));
         against("run", Box::new(|k| next_run.uniform(k, 0, 0)));
@@ -174,9 +196,32 @@ mod tests {
         let mut forward = Draws::new(5, Purpose::X0, 9);
         let mut backward = forward.clone();
         let up: Vec<f64> = (0..50).map(|k| forward.gaussian(k, k % 3, 0)).collect();
-        let mut down: Vec<f64> = (0..50).rev().map(|k| backward.gaussian(k, k % 3, 0)).collect();
+        let mut down: Vec<f64> = (0..50)
+            .rev()
+            .map(|k| backward.gaussian(k, k % 3, 0))
+            .collect();
         down.reverse();
         assert_eq!(up, down);
+    }
+
+    /// Computed with an independent ChaCha8 in Python from the address scheme of the module's docs.
+    #[test]
+    fn the_first_numbers_are_those_of_the_documented_scheme() {
+        let mut w = Draws::new(2020, Purpose::W, 0);
+        assert_eq!(w.uniform(0, 0, 0), -0.1335701710092818);
+        assert_eq!(
+            Draws::new(2020, Purpose::W, 3).uniform(100, 1, 2),
+            -0.06040392023799801
+        );
+        let close = |got: f64, expected: f64| assert!((got - expected).abs() < 1e-15, "{got}");
+        close(
+            Draws::new(2020, Purpose::VGaussian, 0).gaussian(0, 0, 0),
+            0.2642613322262484,
+        );
+        close(
+            Draws::new(2020, Purpose::VGaussian, 29).gaussian(99, 1, 0),
+            0.6852786117487719,
+        );
     }
 
     #[test]

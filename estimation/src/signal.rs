@@ -129,7 +129,11 @@ impl Signal {
             Signal::Square(w) => w.scaled(if w.fraction(k) < 0.5 { 1.0 } else { -1.0 }),
             Signal::Triangle(w) => {
                 let t = w.fraction(k);
-                w.scaled(if t < 0.5 { 4.0 * t - 1.0 } else { 3.0 - 4.0 * t })
+                w.scaled(if t < 0.5 {
+                    4.0 * t - 1.0
+                } else {
+                    3.0 - 4.0 * t
+                })
             }
             Signal::Sine(o) => o.amplitude * libm::sin(o.angle(k)) + o.offset,
             Signal::Cosine(o) => o.amplitude * libm::cos(o.angle(k)) + o.offset,
@@ -152,8 +156,12 @@ impl Signal {
                 match (o.period, o.omega) {
                     (Some(period), None) => positive("period", period)?,
                     (None, Some(omega)) => finite("omega", omega)?,
-                    (Some(_), Some(_)) => return Err(error("omega", "either period or omega", "both")),
-                    (None, None) => return Err(error("period", "either period or omega", "neither")),
+                    (Some(_), Some(_)) => {
+                        return Err(error("omega", "either period or omega", "both"));
+                    }
+                    (None, None) => {
+                        return Err(error("period", "either period or omega", "neither"));
+                    }
                 }
                 match (o.dt, o.omega) {
                     (Some(_), None) => return Err(error("dt", "omega beside dt", "period")),
@@ -167,7 +175,11 @@ impl Signal {
             Signal::Constant { value } => finite("value", *value),
             Signal::Pieces { at, value } => {
                 if let Some(pair) = at.windows(2).find(|pair| pair[0] >= pair[1]) {
-                    return Err(error("at", "ascending steps", format!("{} before {}", pair[0], pair[1])));
+                    return Err(error(
+                        "at",
+                        "ascending steps",
+                        format!("{} before {}", pair[0], pair[1]),
+                    ));
                 }
                 if value.len() != at.len() + 1 {
                     let got = format!("{} values for {} changes", value.len(), at.len());
@@ -180,15 +192,27 @@ impl Signal {
 }
 
 fn error(key: &'static str, expected: &'static str, got: impl Into<String>) -> SignalError {
-    SignalError { key, expected, got: got.into() }
+    SignalError {
+        key,
+        expected,
+        got: got.into(),
+    }
 }
 
 fn finite(key: &'static str, x: f64) -> Result<(), SignalError> {
-    if x.is_finite() { Ok(()) } else { Err(error(key, "a finite number", x.to_string())) }
+    if x.is_finite() {
+        Ok(())
+    } else {
+        Err(error(key, "a finite number", x.to_string()))
+    }
 }
 
 fn positive(key: &'static str, x: f64) -> Result<(), SignalError> {
-    if x.is_finite() && x > 0.0 { Ok(()) } else { Err(error(key, "a positive number", x.to_string())) }
+    if x.is_finite() && x > 0.0 {
+        Ok(())
+    } else {
+        Err(error(key, "a positive number", x.to_string()))
+    }
 }
 
 /// τ of a period at step `k`; the remainder and, without a phase, the quotient are correctly rounded.
@@ -246,11 +270,23 @@ mod tests {
     use super::*;
 
     fn wave(period: f64) -> Wave {
-        Wave { period, amplitude: 1.0, offset: 0.0, phase: 0.0 }
+        Wave {
+            period,
+            amplitude: 1.0,
+            offset: 0.0,
+            phase: 0.0,
+        }
     }
 
     fn oscillation(period: f64) -> Oscillation {
-        Oscillation { period: Some(period), omega: None, dt: None, amplitude: 1.0, offset: 0.0, phase: 0.0 }
+        Oscillation {
+            period: Some(period),
+            omega: None,
+            dt: None,
+            amplitude: 1.0,
+            offset: 0.0,
+            phase: 0.0,
+        }
     }
 
     #[test]
@@ -284,41 +320,84 @@ mod tests {
             let angle = 2.0 * PI * ((k % 40) as f64 / 40.0);
             assert_eq!(Signal::Sine(oscillation(40.0)).at(k), libm::sin(angle));
             assert_eq!(Signal::Cosine(oscillation(40.0)).at(k), libm::cos(angle));
-            let by_omega = Oscillation { period: None, omega: Some(2.0 * PI / 40.0), ..oscillation(1.0) };
+            let by_omega = Oscillation {
+                period: None,
+                omega: Some(2.0 * PI / 40.0),
+                ..oscillation(1.0)
+            };
             assert!((Signal::Sine(by_omega).at(k) - libm::sin(angle)).abs() < 1e-14);
         }
-        let shifted = Signal::Sine(Oscillation { phase: PI / 2.0, ..oscillation(40.0) });
-        assert!((0..100).all(|k| (shifted.at(k) - Signal::Cosine(oscillation(40.0)).at(k)).abs() < 1e-14));
+        let shifted = Signal::Sine(Oscillation {
+            phase: PI / 2.0,
+            ..oscillation(40.0)
+        });
+        assert!(
+            (0..100)
+                .all(|k| (shifted.at(k) - Signal::Cosine(oscillation(40.0)).at(k)).abs() < 1e-14)
+        );
     }
 
     #[test]
     fn a_phase_shifts_a_wave_by_its_share_of_the_period() {
-        let half = Signal::Square(Wave { phase: PI, ..wave(40.0) });
+        let half = Signal::Square(Wave {
+            phase: PI,
+            ..wave(40.0)
+        });
         assert!((0..80).all(|k| half.at(k) == Signal::Square(wave(40.0)).at(k + 20)));
     }
 
     #[test]
     fn amplitude_and_offset_scale_and_shift() {
-        let saw = Signal::Saw(Wave { amplitude: 3.0, offset: 1.0, ..wave(4.0) });
-        assert_eq!((0..4).map(|k| saw.at(k)).collect::<Vec<_>>(), [-2.0, -0.5, 1.0, 2.5]);
+        let saw = Signal::Saw(Wave {
+            amplitude: 3.0,
+            offset: 1.0,
+            ..wave(4.0)
+        });
+        assert_eq!(
+            (0..4).map(|k| saw.at(k)).collect::<Vec<_>>(),
+            [-2.0, -0.5, 1.0, 2.5]
+        );
     }
 
     #[test]
     fn pieces_change_at_their_steps() {
-        let pieces = Signal::Pieces { at: vec![2, 5], value: vec![0.0, 0.5, -0.5] };
-        assert_eq!((0..7).map(|k| pieces.at(k)).collect::<Vec<_>>(), [0.0, 0.0, 0.5, 0.5, 0.5, -0.5, -0.5]);
+        let pieces = Signal::Pieces {
+            at: vec![2, 5],
+            value: vec![0.0, 0.5, -0.5],
+        };
+        assert_eq!(
+            (0..7).map(|k| pieces.at(k)).collect::<Vec<_>>(),
+            [0.0, 0.0, 0.5, 0.5, 0.5, -0.5, -0.5]
+        );
     }
 
     #[test]
     fn the_terms_of_the_van_der_pol_disturbance_add_up() {
         // ts (sin(2 k ts) + b), b = 1/2 for 10 ≤ k ts < 20 and −1/2 for 20 ≤ k ts < 30.
         let ts = 0.1;
-        let sine = Oscillation { period: None, omega: Some(2.0), dt: Some(ts), amplitude: ts, ..oscillation(1.0) };
+        let sine = Oscillation {
+            period: None,
+            omega: Some(2.0),
+            dt: Some(ts),
+            amplitude: ts,
+            ..oscillation(1.0)
+        };
         let terms = [
             Signal::Sine(sine),
-            Signal::Pieces { at: vec![100, 200, 300], value: vec![0.0, 0.05, -0.05, 0.0] },
+            Signal::Pieces {
+                at: vec![100, 200, 300],
+                value: vec![0.0, 0.05, -0.05, 0.0],
+            },
         ];
-        for (k, b) in [(0, 0.0), (99, 0.0), (100, 0.5), (199, 0.5), (200, -0.5), (299, -0.5), (300, 0.0)] {
+        for (k, b) in [
+            (0, 0.0),
+            (99, 0.0),
+            (100, 0.5),
+            (199, 0.5),
+            (200, -0.5),
+            (299, -0.5),
+            (300, 0.0),
+        ] {
             let expected = ts * (libm::sin(2.0 * k as f64 * ts) + b);
             assert!((sum_at(&terms, k) - expected).abs() < 1e-16, "{k}");
         }
@@ -332,20 +411,42 @@ mod tests {
         assert_eq!(runs[3], [1, 0, 0]);
         assert_eq!(runs[5], [1, 0, 2]);
         assert_eq!(runs[6], [0, 0, 0]);
-        let all: std::collections::BTreeSet<_> = (0..1728).map(|r| mixed_radix(r, &[12, 12, 12])).collect();
+        let all: std::collections::BTreeSet<_> =
+            (0..1728).map(|r| mixed_radix(r, &[12, 12, 12])).collect();
         assert_eq!(all.len(), 1728);
     }
 
     #[test]
     fn a_bad_parameter_is_refused_with_its_key() {
         let message = |s: Signal| s.validate().unwrap_err().to_string();
-        assert_eq!(message(Signal::Saw(wave(0.0))), "period: expected a positive number, got 0");
-        let both = Oscillation { omega: Some(1.0), ..oscillation(40.0) };
-        assert_eq!(message(Signal::Sine(both)), "omega: expected either period or omega, got both");
-        let neither = Oscillation { period: None, ..oscillation(40.0) };
-        assert_eq!(message(Signal::Cosine(neither)), "period: expected either period or omega, got neither");
-        let pieces = |at: &[usize], value: &[f64]| Signal::Pieces { at: at.to_vec(), value: value.to_vec() };
-        assert_eq!(message(pieces(&[5, 5], &[0.0; 3])), "at: expected ascending steps, got 5 before 5");
+        assert_eq!(
+            message(Signal::Saw(wave(0.0))),
+            "period: expected a positive number, got 0"
+        );
+        let both = Oscillation {
+            omega: Some(1.0),
+            ..oscillation(40.0)
+        };
+        assert_eq!(
+            message(Signal::Sine(both)),
+            "omega: expected either period or omega, got both"
+        );
+        let neither = Oscillation {
+            period: None,
+            ..oscillation(40.0)
+        };
+        assert_eq!(
+            message(Signal::Cosine(neither)),
+            "period: expected either period or omega, got neither"
+        );
+        let pieces = |at: &[usize], value: &[f64]| Signal::Pieces {
+            at: at.to_vec(),
+            value: value.to_vec(),
+        };
+        assert_eq!(
+            message(pieces(&[5, 5], &[0.0; 3])),
+            "at: expected ascending steps, got 5 before 5"
+        );
         assert_eq!(
             message(pieces(&[5], &[0.0; 3])),
             "value: expected one value more than there are changes, got 3 values for 1 changes"
