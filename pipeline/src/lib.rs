@@ -1,1 +1,3 @@
 //! zonobench
+
+pub mod trace;
