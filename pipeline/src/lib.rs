@@ -1,3 +1,4 @@
 //! zonobench
 
+pub mod svg;
 pub mod trace;

@@ -564,7 +564,8 @@ impl Plane {
             .enumerate()
             .filter(|(l, _)| *l != i && *l != j);
         let (low, high) = (y - row.noise.1, y - row.noise.0);
-        if others.into_iter().any(|(_, c)| *c != 0.0) || !(low <= high) {
+        if others.into_iter().any(|(_, c)| *c != 0.0) || low.is_nan() || high.is_nan() || low > high
+        {
             return None;
         }
         if self.over_time() {

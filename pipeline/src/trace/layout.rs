@@ -163,7 +163,7 @@ fn scene(topics: &Topics, plane: &Plane, view: Option<&View>) -> Value {
     })
 }
 
-/// Colours of curves: told apart by people who see few colours too.
+/// Colours of curves, those of [`svg`](crate::svg): told apart by people who see few colours too.
 const TRUTH: &str = "#e69f00";
 const CURVES: [&str; 6] = [
     "#0072b2", "#009e73", "#cc79a7", "#d55e00", "#56b4e9", "#8a7a00",
