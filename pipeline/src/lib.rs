@@ -1,4 +1,15 @@
-//! zonobench
+//! Files, clocks and tables around the mathematics: experiments in, a lake of results out.
+//!
+//! simulate → estimate → reduce → score, each stage addressed by its input and its code in a store
+//! ([`store`]), published as Parquet tables and MCAP traces ([`lake`]), and compared with what the
+//! papers print ([`stage`]).
 
+pub mod error;
+pub mod lake;
+pub mod rows;
+pub mod store;
 pub mod svg;
+pub mod table;
 pub mod trace;
+
+pub use error::Error;

@@ -1,6 +1,6 @@
 //! Sets over time, as MCAP files that Foxglove and Lichtblick open.
 //!
-//! [`write`] takes a run as values and makes one file of it: the sets as scenes, the numbers as
+//! [`write()`] takes a run as values and makes one file of it: the sets as scenes, the numbers as
 //! messages to plot, the settings and a viewer's layout as attachments. A viewer that jumps to a time
 //! shows the latest message of each topic and nothing before it, so **every message is the whole of
 //! what its topic shows**: ids are constant, lifetimes zero, and a set that cannot be drawn is a message
