@@ -11,6 +11,8 @@ pub mod lake;
 pub mod recorded;
 pub mod rows;
 pub mod store;
+pub mod svg;
 pub mod table;
+pub mod trace;
 
 pub use error::Error;
