@@ -1,1 +1,16 @@
-//! zonobench
+//! Files, clocks and tables around the mathematics: experiments in, a lake of results out.
+//!
+//! simulate → estimate → reduce → score, each stage addressed by its input and its code in a store
+//! ([`store`]), published as Parquet tables and MCAP traces ([`lake`]), and compared with what the
+//! papers print ([`stage`]).
+
+pub mod bad_input;
+pub mod error;
+pub mod experiment;
+pub mod lake;
+pub mod recorded;
+pub mod rows;
+pub mod store;
+pub mod table;
+
+pub use error::Error;

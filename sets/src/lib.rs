@@ -4,16 +4,26 @@
 //! input gives the same bits on every processor, because products and sums have a fixed order, no
 //! multiplication is fused, and transcendental functions come from `libm`.
 
+pub mod containment;
+pub mod ellipsoid;
 pub mod error;
 pub mod interval_matrix;
 pub mod interval_vector;
 pub mod matrix;
 pub mod number;
 pub mod ops;
+pub mod reduction;
 pub mod rounding;
+pub mod zonotope;
+pub mod zonotopic_gaussian;
 
+pub use containment::Containment;
+pub use ellipsoid::Ellipsoid;
 pub use error::SetError;
 pub use interval_matrix::IntervalMatrix;
 pub use interval_vector::IntervalVector;
 pub use matrix::Matrix;
 pub use number::{Dual, Interval, Real};
+pub use reduction::Reduction;
+pub use zonotope::Zonotope;
+pub use zonotopic_gaussian::ZonotopicGaussian;

@@ -10,8 +10,9 @@ use nalgebra::DMatrix;
 use std::fmt;
 use std::ops::{Index, IndexMut};
 
-/// A dense real matrix, stored by rows.
+/// A dense real matrix, stored by rows. Serialized as the list of its rows.
 #[derive(Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(try_from = "Vec<Vec<f64>>", into = "Vec<Vec<f64>>")]
 pub struct Matrix {
     rows: usize,
     cols: usize,
@@ -21,7 +22,11 @@ pub struct Matrix {
 impl Matrix {
     /// The `rows` × `cols` matrix of zeros.
     pub fn zeros(rows: usize, cols: usize) -> Self {
-        Self { rows, cols, data: vec![0.0; rows * cols] }
+        Self {
+            rows,
+            cols,
+            data: vec![0.0; rows * cols],
+        }
     }
 
     /// The identity of size `n`.
@@ -45,11 +50,19 @@ impl Matrix {
         for row in rows {
             let row = row.as_ref();
             if row.len() != cols {
-                return Err(SetError::Dimension { op: "matrix rows", expected: cols, got: row.len() });
+                return Err(SetError::Dimension {
+                    op: "matrix rows",
+                    expected: cols,
+                    got: row.len(),
+                });
             }
             data.extend_from_slice(row);
         }
-        Ok(Self { rows: rows.len(), cols, data })
+        Ok(Self {
+            rows: rows.len(),
+            cols,
+            data,
+        })
     }
 
     /// The `rows` × `cols` matrix whose entry (i, j) is `f(i, j)`.
@@ -65,7 +78,11 @@ impl Matrix {
 
     /// A column vector.
     pub fn column(v: &[f64]) -> Self {
-        Self { rows: v.len(), cols: 1, data: v.to_vec() }
+        Self {
+            rows: v.len(),
+            cols: 1,
+            data: v.to_vec(),
+        }
     }
 
     /// Number of rows.
@@ -121,7 +138,11 @@ impl Matrix {
             let row = self.row(i);
             data.extend(indices.iter().map(|&j| row[j]));
         }
-        Self { rows: self.rows, cols: indices.len(), data }
+        Self {
+            rows: self.rows,
+            cols: indices.len(),
+            data,
+        }
     }
 
     /// [M₁, M₂, …]: the blocks side by side; all must have the same number of rows.
@@ -143,10 +164,20 @@ impl Matrix {
         let cols = blocks.first().map_or(0, |b| b.cols);
         let mut data = Vec::new();
         for b in blocks {
-            assert_eq!(b.cols, cols, "vcat: blocks have as many columns as the first");
+            assert_eq!(
+                b.cols, cols,
+                "vcat: blocks have as many columns as the first"
+            );
             data.extend_from_slice(&b.data);
         }
-        Self { rows: data.len().checked_div(cols).unwrap_or(blocks.iter().map(|b| b.rows).sum()), cols, data }
+        Self {
+            rows: data
+                .len()
+                .checked_div(cols)
+                .unwrap_or(blocks.iter().map(|b| b.rows).sum()),
+            cols,
+            data,
+        }
     }
 
     /// The product M B, entry (i, j) = Σ_k m_ik b_kj in ascending k.
@@ -160,7 +191,10 @@ impl Matrix {
     pub fn mul_into(&self, b: &Matrix, out: &mut Matrix) {
         assert_eq!(self.cols, b.rows, "product: inner dimensions agree");
         out.reset(self.rows, b.cols);
-        ops::count(self.rows * b.cols * self.cols, self.rows * b.cols * self.cols.saturating_sub(1));
+        ops::count(
+            self.rows * b.cols * self.cols,
+            self.rows * b.cols * self.cols.saturating_sub(1),
+        );
         for i in 0..self.rows {
             let target = &mut out.data[i * b.cols..(i + 1) * b.cols];
             for (k, &m) in self.row(i).iter().enumerate() {
@@ -179,15 +213,24 @@ impl Matrix {
 
     /// M Bᵀ, entry (i, j) = `dot`(row i of M, row j of B).
     pub fn mul_transpose(&self, b: &Matrix) -> Self {
-        assert_eq!(self.cols, b.cols, "product with a transpose: inner dimensions agree");
-        ops::count(self.rows * b.rows * self.cols, self.rows * b.rows * self.cols.saturating_sub(1));
+        assert_eq!(
+            self.cols, b.cols,
+            "product with a transpose: inner dimensions agree"
+        );
+        ops::count(
+            self.rows * b.rows * self.cols,
+            self.rows * b.rows * self.cols.saturating_sub(1),
+        );
         Self::from_fn(self.rows, b.rows, |i, j| dot(self.row(i), b.row(j)))
     }
 
     /// M Mᵀ, exactly symmetric.
     pub fn gram(&self) -> Self {
         let n = self.rows;
-        ops::count(n * (n + 1) / 2 * self.cols, n * (n + 1) / 2 * self.cols.saturating_sub(1));
+        ops::count(
+            n * (n + 1) / 2 * self.cols,
+            n * (n + 1) / 2 * self.cols.saturating_sub(1),
+        );
         let mut out = Self::zeros(n, n);
         for i in 0..n {
             for j in 0..=i {
@@ -202,8 +245,13 @@ impl Matrix {
     /// M v, entry i = Σ_k m_ik v_k in ascending k.
     pub fn mul_vec(&self, v: &[f64]) -> Vec<f64> {
         assert_eq!(self.cols, v.len(), "matrix times vector: dimensions agree");
-        ops::count(self.rows * self.cols, self.rows * self.cols.saturating_sub(1));
-        (0..self.rows).map(|i| self.row(i).iter().zip(v).fold(0.0, |s, (&m, &x)| s + m * x)).collect()
+        ops::count(
+            self.rows * self.cols,
+            self.rows * self.cols.saturating_sub(1),
+        );
+        (0..self.rows)
+            .map(|i| self.row(i).iter().zip(v).fold(0.0, |s, (&m, &x)| s + m * x))
+            .collect()
     }
 
     /// M + B.
@@ -229,19 +277,38 @@ impl Matrix {
 
     /// (M + Mᵀ)/2.
     pub fn symmetrized(&self) -> Self {
-        Self::from_fn(self.rows, self.cols, |i, j| 0.5 * (self[(i, j)] + self[(j, i)]))
+        Self::from_fn(self.rows, self.cols, |i, j| {
+            0.5 * (self[(i, j)] + self[(j, i)])
+        })
     }
 
     /// `f` of every entry.
     pub fn map(&self, f: impl Fn(f64) -> f64) -> Self {
-        Self { rows: self.rows, cols: self.cols, data: self.data.iter().map(|&x| f(x)).collect() }
+        Self {
+            rows: self.rows,
+            cols: self.cols,
+            data: self.data.iter().map(|&x| f(x)).collect(),
+        }
     }
 
     fn zip(&self, b: &Matrix, f: impl Fn(f64, f64) -> f64) -> Self {
-        assert_eq!((self.rows, self.cols), (b.rows, b.cols), "entrywise: shapes agree");
+        assert_eq!(
+            (self.rows, self.cols),
+            (b.rows, b.cols),
+            "entrywise: shapes agree"
+        );
         ops::count(0, self.data.len());
-        let data = self.data.iter().zip(&b.data).map(|(&x, &y)| f(x, y)).collect();
-        Self { rows: self.rows, cols: self.cols, data }
+        let data = self
+            .data
+            .iter()
+            .zip(&b.data)
+            .map(|(&x, &y)| f(x, y))
+            .collect();
+        Self {
+            rows: self.rows,
+            cols: self.cols,
+            data,
+        }
     }
 
     /// |M| 1: the row sums of absolute values, rounded to nearest.
@@ -274,12 +341,20 @@ impl Matrix {
     /// Eigenvalues λ and orthonormal eigenvectors V (columns) of the symmetric part, M = V diag(λ) Vᵀ.
     pub fn symmetric_eigen(&self) -> (Vec<f64>, Matrix) {
         let eigen = self.symmetrized().to_nalgebra().symmetric_eigen();
-        (eigen.eigenvalues.iter().copied().collect(), Self::from_nalgebra(&eigen.eigenvectors))
+        (
+            eigen.eigenvalues.iter().copied().collect(),
+            Self::from_nalgebra(&eigen.eigenvectors),
+        )
     }
 
     /// The singular values, largest first.
     pub fn singular_values(&self) -> Vec<f64> {
-        let mut s: Vec<f64> = self.to_nalgebra().singular_values().iter().copied().collect();
+        let mut s: Vec<f64> = self
+            .to_nalgebra()
+            .singular_values()
+            .iter()
+            .copied()
+            .collect();
         s.sort_by(|a, b| b.total_cmp(a));
         s
     }
@@ -287,21 +362,67 @@ impl Matrix {
     /// The number of singular values above `max(rows, cols) · ε · σ_max`.
     pub fn rank(&self) -> usize {
         let s = self.singular_values();
-        let cut = s.first().copied().unwrap_or(0.0) * f64::EPSILON * self.rows.max(self.cols) as f64;
+        let cut =
+            s.first().copied().unwrap_or(0.0) * f64::EPSILON * self.rows.max(self.cols) as f64;
         s.iter().filter(|&&x| x > cut).count()
     }
 
     /// M⁻¹ by LU with partial pivoting, rounded to nearest (a heuristic where a guarantee is at stake).
     pub fn inverse(&self) -> Result<Matrix, SetError> {
-        let inverse = self.to_nalgebra().try_inverse().ok_or(SetError::Singular { op: "inverse" })?;
+        let inverse = self
+            .to_nalgebra()
+            .try_inverse()
+            .ok_or(SetError::Singular { op: "inverse" })?;
         let inverse = Self::from_nalgebra(&inverse);
-        if inverse.is_finite() { Ok(inverse) } else { Err(SetError::Singular { op: "inverse" }) }
+        if inverse.is_finite() {
+            Ok(inverse)
+        } else {
+            Err(SetError::Singular { op: "inverse" })
+        }
     }
 
-    /// The lower triangular L with M = L Lᵀ, for a symmetric positive definite M.
+    /// The lower triangular L with M = L Lᵀ, for a symmetric positive definite M (its lower triangle is read).
+    ///
+    /// Fails with `Singular` where a pivot is not above ε times its diagonal entry.
     pub fn cholesky(&self) -> Result<Matrix, SetError> {
-        let factor = self.to_nalgebra().cholesky().ok_or(SetError::Singular { op: "Cholesky factor" })?;
-        Ok(Self::from_nalgebra(&factor.l()))
+        let n = self.rows;
+        assert_eq!(n, self.cols, "Cholesky factor: the matrix is square");
+        ops::count(n * (n + 1) * (n + 2) / 6, n * (n * n - 1) / 6);
+        let mut l = Self::zeros(n, n);
+        for j in 0..n {
+            for i in j..n {
+                let s = (0..j).fold(self[(i, j)], |s, k| s - l[(i, k)] * l[(j, k)]);
+                if i > j {
+                    l[(i, j)] = s / l[(j, j)];
+                } else if s > f64::EPSILON * self[(j, j)] && s.is_finite() {
+                    l[(j, j)] = s.sqrt();
+                } else {
+                    return Err(SetError::Singular {
+                        op: "Cholesky factor",
+                    });
+                }
+            }
+        }
+        Ok(l)
+    }
+
+    /// X with M X = B, for a symmetric positive definite M, by its Cholesky factor.
+    pub fn solve_positive_definite(&self, b: &Matrix) -> Result<Matrix, SetError> {
+        assert_eq!(self.rows, b.rows, "solve: as many equations as rows");
+        let (n, l) = (self.rows, self.cholesky()?);
+        ops::count(n * (n + 1) * b.cols, n * n.saturating_sub(1) * b.cols);
+        let mut x = b.clone();
+        for j in 0..b.cols {
+            for i in 0..n {
+                let s = (0..i).fold(x[(i, j)], |s, k| s - l[(i, k)] * x[(k, j)]);
+                x[(i, j)] = s / l[(i, i)];
+            }
+            for i in (0..n).rev() {
+                let s = (i + 1..n).fold(x[(i, j)], |s, k| s - l[(k, i)] * x[(k, j)]);
+                x[(i, j)] = s / l[(i, i)];
+            }
+        }
+        Ok(x)
     }
 
     /// M⁺, the Moore–Penrose inverse (Mᵀ M)⁻¹ Mᵀ of a matrix of full column rank, by SVD.
@@ -309,9 +430,26 @@ impl Matrix {
         let cut = self.singular_values().first().copied().unwrap_or(0.0)
             * f64::EPSILON
             * self.rows.max(self.cols) as f64;
-        let inverse =
-            self.to_nalgebra().pseudo_inverse(cut).map_err(|_| SetError::Singular { op: "pseudo-inverse" })?;
+        let inverse = self
+            .to_nalgebra()
+            .pseudo_inverse(cut)
+            .map_err(|_| SetError::Singular {
+                op: "pseudo-inverse",
+            })?;
         Ok(Self::from_nalgebra(&inverse))
+    }
+}
+
+impl TryFrom<Vec<Vec<f64>>> for Matrix {
+    type Error = SetError;
+    fn try_from(rows: Vec<Vec<f64>>) -> Result<Self, SetError> {
+        Self::from_rows(&rows)
+    }
+}
+
+impl From<Matrix> for Vec<Vec<f64>> {
+    fn from(m: Matrix) -> Self {
+        (0..m.rows).map(|i| m.row(i).to_vec()).collect()
     }
 }
 
@@ -332,7 +470,9 @@ impl IndexMut<(usize, usize)> for Matrix {
 
 impl fmt::Debug for Matrix {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_list().entries((0..self.rows).map(|i| self.row(i))).finish()
+        f.debug_list()
+            .entries((0..self.rows).map(|i| self.row(i)))
+            .finish()
     }
 }
 
@@ -390,6 +530,33 @@ mod tests {
     }
 
     #[test]
+    fn a_positive_definite_system_is_solved_and_a_singular_one_refused() {
+        let m = Matrix::from_rows(&[[4.0, 2.0], [2.0, 5.0]]).unwrap();
+        let l = Matrix::from_rows(&[[2.0, 0.0], [1.0, 2.0]]).unwrap();
+        assert_eq!(m.cholesky().unwrap(), l);
+        let x = m
+            .solve_positive_definite(&Matrix::column(&[8.0, 12.0]))
+            .unwrap();
+        assert_eq!(x, Matrix::column(&[1.0, 2.0]));
+        let singular = Matrix::from_rows(&[[1.0, 1.0], [1.0, 1.0]]).unwrap();
+        assert!(singular.cholesky().is_err());
+    }
+
+    #[test]
+    fn a_matrix_is_written_as_its_rows() {
+        let m = Matrix::from_rows(&[[1.0, 2.0], [3.0, 4.5]]).unwrap();
+        assert_eq!(serde_json::to_string(&m).unwrap(), "[[1.0,2.0],[3.0,4.5]]");
+        assert_eq!(
+            serde_json::from_str::<Matrix>("[[1, 2], [3, 4.5]]").unwrap(),
+            m
+        );
+        assert!(serde_json::from_str::<Matrix>("[[1], [3, 4]]").is_err());
+        let empty = Matrix::zeros(2, 0);
+        let text = serde_json::to_string(&empty).unwrap();
+        assert_eq!(serde_json::from_str::<Matrix>(&text).unwrap(), empty);
+    }
+
+    #[test]
     fn lanes_give_the_same_sum_for_every_length() {
         for n in 0..40 {
             let v: Vec<f64> = (0..n).map(|i| i as f64 - 3.0).collect();
@@ -402,6 +569,11 @@ mod tests {
     fn the_pseudo_inverse_is_a_left_inverse() {
         let a = Matrix::from_rows(&[[1.0, 2.0], [3.0, 4.0], [5.0, 7.0]]).unwrap();
         let i = a.pseudo_inverse().unwrap().mul(&a);
-        assert!(i.sub(&Matrix::identity(2)).as_slice().iter().all(|x| x.abs() < 1e-13));
+        assert!(
+            i.sub(&Matrix::identity(2))
+                .as_slice()
+                .iter()
+                .all(|x| x.abs() < 1e-13)
+        );
     }
 }

@@ -1,0 +1,127 @@
+//! The one error type of this crate.
+
+use crate::ProblemError;
+use zonobench_sets::SetError;
+
+/// What can go wrong in a system or an estimator.
+///
+/// [`Inconsistent`](Self::Inconsistent) is a result of the mathematics: the measurement contradicts the
+/// model or the bounds. Everything else is a fault of the input.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum EstimationError {
+    /// The measurement contradicts the model: the intersection is empty.
+    #[error("k = {k}: the measurement contradicts the model (empty intersection)")]
+    Inconsistent {
+        /// The step.
+        k: usize,
+    },
+    /// An operation on sets or matrices failed at a step.
+    #[error("k = {k}, {op}: {source}")]
+    Set {
+        /// The step.
+        k: usize,
+        /// What the estimator was doing.
+        op: &'static str,
+        /// The fault.
+        source: SetError,
+    },
+    /// A setting, or a part of the problem that a kind of estimator or system needs, is not what it must be.
+    #[error("{kind}: `{key}` must be {expected}, got {got}")]
+    Setting {
+        /// The kind of estimator or system.
+        kind: &'static str,
+        /// The key.
+        key: &'static str,
+        /// What was expected.
+        expected: String,
+        /// What came.
+        got: String,
+    },
+    /// This kind does not do what was asked of it.
+    #[error("{kind} does not support {what}: {reason}")]
+    Unsupported {
+        /// The kind of estimator or system.
+        kind: &'static str,
+        /// What was asked.
+        what: &'static str,
+        /// Why not.
+        reason: String,
+    },
+    /// A part of the problem is not what it must be.
+    #[error(transparent)]
+    Problem(#[from] ProblemError),
+    /// Shapes do not fit.
+    #[error("{what}: expected dimension {expected}, got {got}")]
+    Dimension {
+        /// What has the wrong shape.
+        what: &'static str,
+        /// What was expected.
+        expected: usize,
+        /// What came.
+        got: usize,
+    },
+    /// A coefficient, an input or a measurement is NaN or infinite.
+    #[error("{what}: expected finite numbers, got {value}")]
+    NotFinite {
+        /// What holds it.
+        what: &'static str,
+        /// The offending value.
+        value: f64,
+    },
+    /// The observability matrix [C; CA; …; CAⁿ⁻¹] has not full column rank.
+    #[error(
+        "{kind}: the pair (A, C) must be observable, but [C; CA; ...] has rank {rank} instead of {n}"
+    )]
+    Unobservable {
+        /// The kind of estimator.
+        kind: &'static str,
+        /// The rank found.
+        rank: usize,
+        /// The number of states.
+        n: usize,
+    },
+}
+
+impl EstimationError {
+    /// For `map_err`: a fault of `op` at step `k`, where an empty intersection is [`Self::Inconsistent`].
+    pub fn at(k: usize, op: &'static str) -> impl Fn(SetError) -> Self {
+        move |source| match source {
+            SetError::Empty { .. } => Self::Inconsistent { k },
+            source => Self::Set { k, op, source },
+        }
+    }
+
+    /// `key` of `kind` must be `expected`, but is `got`.
+    pub fn setting(
+        kind: &'static str,
+        key: &'static str,
+        expected: impl Into<String>,
+        got: impl ToString,
+    ) -> Self {
+        Self::Setting {
+            kind,
+            key,
+            expected: expected.into(),
+            got: got.to_string(),
+        }
+    }
+}
+
+/// Fails unless `v` has `n` entries, all finite.
+pub(crate) fn finite_vector(
+    what: &'static str,
+    v: &[f64],
+    n: usize,
+) -> Result<(), EstimationError> {
+    if v.len() != n {
+        return Err(EstimationError::Dimension {
+            what,
+            expected: n,
+            got: v.len(),
+        });
+    }
+    match v.iter().find(|x| !x.is_finite()) {
+        Some(&value) => Err(EstimationError::NotFinite { what, value }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,330 @@
+//! Recursive estimators: what is known goes in and comes out.
+//!
+//! An estimator turns a belief about x_{k−1} into one about x_k (`predict`), takes a measurement in
+//! (`update`), and makes the result simpler where it has grown (`reduce_order`). It never sees the
+//! truth. The estimators are a closed family, [`AnyEstimator`]: one file each under `estimators/`,
+//! one line each below.
+
+use crate::estimators::{
+    BoxStateEst, BoxStateEstSettings, BoxWindow, Ezgkf, EzgkfM, EzgkfSettings, Ezgkp,
+    EzgkpSettings, Gaussian, Kalman, KalmanSettings, ZonotopicGaussian,
+};
+use crate::{EstimationError, Problem};
+use serde::{Deserialize, Serialize};
+use zonobench_sets::{Interval, IntervalVector, Matrix};
+
+pub use zonobench_sets::Containment;
+
+/// One measurement y_k; None where that component was not measured at this k.
+pub type Measurement<'a> = &'a [Option<f64>];
+
+/// Which of the two beliefs of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Phase {
+    /// After `predict`, before y_k.
+    Predicted,
+    /// After `update`.
+    Updated,
+}
+
+/// How large a belief is; None where a quantity is not defined or not asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Size {
+    /// p, the number of generators.
+    pub n_generators: Option<usize>,
+    /// q, the number of constraints.
+    pub n_constraints: Option<usize>,
+    /// tr(G Gᵀ).
+    pub trace_ggt: Option<f64>,
+    /// The largest half-width of the interval hull.
+    pub radius: Option<f64>,
+    /// The volume, up to three dimensions.
+    pub volume: Option<f64>,
+    /// Linear programs solved to make it.
+    pub lp_count: usize,
+    /// Pivots of those programs.
+    pub pivots: usize,
+}
+
+/// The pieces a set is drawn from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Shape {
+    /// "box", "zonotope", "gaussian", "zonotopic-gaussian", …
+    pub kind: &'static str,
+    /// c.
+    pub center: Vec<f64>,
+    /// G, n × p.
+    pub generators: Option<Matrix>,
+    /// A and b of a constrained zonotope.
+    pub constraints: Option<(Matrix, Vec<f64>)>,
+    /// P, n × n.
+    pub covariance: Option<Matrix>,
+    /// The lower and upper bounds of a box, or of the confidence box.
+    pub bounds: Option<IntervalVector>,
+}
+
+/// What is known of x_k.
+///
+/// Laws: `center` has n entries, all finite; `interval_hull` contains it; `contains` never calls
+/// `Outside` what the hull wholly contains only because of rounding.
+pub trait Belief: Clone + Send {
+    /// The point estimate.
+    fn center(&self) -> Vec<f64>;
+    /// The smallest box around the set (rounded outward where the estimator is guaranteed); for a mixed
+    /// belief the confidence box. None where the belief has no set.
+    fn interval_hull(&self) -> Option<IntervalVector>;
+    /// Whether the true state, known to lie in the box `x`, is in the set.
+    fn contains(&self, x: &[Interval]) -> Containment;
+    /// The covariance of the Gaussian part.
+    fn covariance(&self) -> Option<&Matrix>;
+    /// How large it is.
+    fn size(&self) -> Size;
+    /// What it is drawn from.
+    fn shape(&self) -> Shape;
+}
+
+/// A recursive estimator.
+///
+/// Laws: `prior` and every result have the system's number of states; the same arguments give the same
+/// bits; `reduce_order` contains its argument; a measurement that contradicts a guaranteed set is
+/// [`EstimationError::Inconsistent`].
+pub trait Estimator: Send + Sync {
+    /// What is carried from step to step.
+    type Belief: Belief;
+    /// What is known of x_0 before anything is measured.
+    fn prior(&self) -> Self::Belief;
+    /// From the (updated, reduced) belief at k − 1 to the predicted one at `k`; `u_prev` is u_{k−1}.
+    fn predict(
+        &self,
+        k: usize,
+        belief: &Self::Belief,
+        u_prev: &[f64],
+    ) -> Result<Self::Belief, EstimationError>;
+    /// Takes in y_k, with the input u_k that the measurement equation may hold.
+    fn update(
+        &self,
+        k: usize,
+        belief: &Self::Belief,
+        u: &[f64],
+        y: Measurement,
+    ) -> Result<Self::Belief, EstimationError>;
+    /// A simpler belief that contains this one, for the next prediction.
+    fn reduce_order(
+        &self,
+        k: usize,
+        belief: Self::Belief,
+    ) -> Result<Self::Belief, EstimationError> {
+        let _ = k;
+        Ok(belief)
+    }
+    /// True if its set is proved to contain the state whenever the problem's assumptions hold.
+    fn guaranteed(&self) -> bool;
+    /// The measurements that the belief reported at k has read.
+    fn reads(&self) -> &'static str;
+    /// Which phase its paper reports.
+    fn reported_phase(&self) -> Phase;
+    /// False if the paper starts with y_1; then `update` is not called at k = 0.
+    fn uses_first_measurement(&self) -> bool {
+        true
+    }
+    /// What a user should know before trusting the numbers, e.g. an ill-conditioned inversion.
+    fn warning(&self) -> Option<String> {
+        None
+    }
+}
+
+/// What stands in a file about one kind of estimator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct KindInfo {
+    /// The value of `kind`.
+    pub kind: &'static str,
+    /// Its settings.
+    pub keys: &'static [&'static str],
+}
+
+macro_rules! beliefs {
+    ($($belief:ident),+ $(,)?) => {
+        /// The belief of any estimator.
+        #[derive(Clone, Debug)]
+        pub enum AnyBelief {
+            $(#[doc = concat!("[`", stringify!($belief), "`]")] $belief($belief)),+
+        }
+
+        impl Belief for AnyBelief {
+            fn center(&self) -> Vec<f64> {
+                match self { $(Self::$belief(b) => b.center()),+ }
+            }
+            fn interval_hull(&self) -> Option<IntervalVector> {
+                match self { $(Self::$belief(b) => b.interval_hull()),+ }
+            }
+            fn contains(&self, x: &[Interval]) -> Containment {
+                match self { $(Self::$belief(b) => b.contains(x)),+ }
+            }
+            fn covariance(&self) -> Option<&Matrix> {
+                match self { $(Self::$belief(b) => b.covariance()),+ }
+            }
+            fn size(&self) -> Size {
+                match self { $(Self::$belief(b) => b.size()),+ }
+            }
+            fn shape(&self) -> Shape {
+                match self { $(Self::$belief(b) => b.shape()),+ }
+            }
+        }
+    };
+}
+
+macro_rules! estimators {
+    ($($estimator:ident, $settings:ident, $belief:ident, $kind:literal, $keys:expr;)+) => {
+        /// The settings of any estimator, as they stand in a file: `kind` and that kind's keys.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        #[serde(tag = "kind")]
+        pub enum EstimatorSettings {
+            $(
+                #[doc = concat!("`", $kind, "`")]
+                #[serde(rename = $kind)]
+                $estimator($settings)
+            ),+
+        }
+
+        impl EstimatorSettings {
+            /// The value of `kind`.
+            pub fn kind(&self) -> &'static str {
+                match self { $(Self::$estimator(_) => $kind),+ }
+            }
+        }
+
+        /// Every kind of estimator and its keys.
+        pub const KINDS: &[KindInfo] = &[$(KindInfo { kind: $kind, keys: &$keys }),+];
+
+        /// Any estimator.
+        #[derive(Clone, Debug)]
+        pub enum AnyEstimator {
+            $(#[doc = concat!("[`", stringify!($estimator), "`]")] $estimator($estimator)),+
+        }
+
+        impl AnyEstimator {
+            /// The estimator with these settings for `problem`, everything checked.
+            ///
+            /// Fails where the problem is not valid, a setting is out of range, or the problem lacks
+            /// what this kind needs; the error names the key.
+            pub fn new(
+                settings: &EstimatorSettings,
+                problem: &Problem,
+            ) -> Result<Self, EstimationError> {
+                problem.validate()?;
+                match settings {
+                    $(EstimatorSettings::$estimator(s) => {
+                        Ok(Self::$estimator($estimator::new(s, problem)?))
+                    })+
+                }
+            }
+
+            /// The value of `kind` in a file.
+            pub fn kind(&self) -> &'static str {
+                match self { $(Self::$estimator(_) => $kind),+ }
+            }
+
+            fn foreign(&self) -> EstimationError {
+                EstimationError::Unsupported {
+                    kind: self.kind(),
+                    what: "a belief of another estimator",
+                    reason: "a belief holds what its own estimator carries from step to step".into(),
+                }
+            }
+        }
+
+        impl Estimator for AnyEstimator {
+            type Belief = AnyBelief;
+            fn prior(&self) -> AnyBelief {
+                match self { $(Self::$estimator(e) => AnyBelief::$belief(e.prior())),+ }
+            }
+            fn predict(
+                &self,
+                k: usize,
+                belief: &AnyBelief,
+                u_prev: &[f64],
+            ) -> Result<AnyBelief, EstimationError> {
+                match (self, belief) {
+                    $((Self::$estimator(e), AnyBelief::$belief(b)) => {
+                        e.predict(k, b, u_prev).map(AnyBelief::$belief)
+                    })+
+                    _ => Err(self.foreign()),
+                }
+            }
+            fn update(
+                &self,
+                k: usize,
+                belief: &AnyBelief,
+                u: &[f64],
+                y: Measurement,
+            ) -> Result<AnyBelief, EstimationError> {
+                match (self, belief) {
+                    $((Self::$estimator(e), AnyBelief::$belief(b)) => {
+                        e.update(k, b, u, y).map(AnyBelief::$belief)
+                    })+
+                    _ => Err(self.foreign()),
+                }
+            }
+            fn reduce_order(
+                &self,
+                k: usize,
+                belief: AnyBelief,
+            ) -> Result<AnyBelief, EstimationError> {
+                match (self, belief) {
+                    $((Self::$estimator(e), AnyBelief::$belief(b)) => {
+                        e.reduce_order(k, b).map(AnyBelief::$belief)
+                    })+
+                    _ => Err(self.foreign()),
+                }
+            }
+            fn guaranteed(&self) -> bool {
+                match self { $(Self::$estimator(e) => e.guaranteed()),+ }
+            }
+            fn reads(&self) -> &'static str {
+                match self { $(Self::$estimator(e) => e.reads()),+ }
+            }
+            fn reported_phase(&self) -> Phase {
+                match self { $(Self::$estimator(e) => e.reported_phase()),+ }
+            }
+            fn uses_first_measurement(&self) -> bool {
+                match self { $(Self::$estimator(e) => e.uses_first_measurement()),+ }
+            }
+            fn warning(&self) -> Option<String> {
+                match self { $(Self::$estimator(e) => e.warning()),+ }
+            }
+        }
+    };
+}
+
+beliefs!(Gaussian, BoxWindow, ZonotopicGaussian);
+
+const MIXED_KEYS: [&str; 6] = ["phi", "eta", "alpha", "gain", "overbars", "merge_parallel"];
+
+estimators! {
+    Kalman, KalmanSettings, Gaussian, "kalman", [];
+    BoxStateEst, BoxStateEstSettings, BoxWindow, "box-state-est", ["products"];
+    Ezgkf, EzgkfSettings, ZonotopicGaussian, "ezgkf", MIXED_KEYS;
+    EzgkfM, EzgkfSettings, ZonotopicGaussian, "ezgkf-m", MIXED_KEYS;
+    Ezgkp, EzgkpSettings, ZonotopicGaussian, "ezgkp",
+        ["phi", "eta", "alpha", "gain", "overbars", "merge_parallel", "form"];
+}
+
+/// Whether a state in the box `x` lies in the box `hull`.
+pub(crate) fn box_contains(hull: &IntervalVector, x: &[Interval]) -> Containment {
+    if hull
+        .iter()
+        .zip(x)
+        .any(|(side, x)| side.intersect(x).is_none())
+    {
+        Containment::Outside
+    } else if hull
+        .iter()
+        .zip(x)
+        .all(|(side, x)| side.contains_interval(*x))
+    {
+        Containment::Inside
+    } else {
+        Containment::Undecided
+    }
+}

@@ -1,0 +1,101 @@
+//! EZGKF-M: the EZGKF for a state matrix that is an interval matrix.
+
+use super::EzgkfSettings;
+use super::zonotopic_gaussian::{MixedModel, ZonotopicGaussian};
+use crate::estimator::{Estimator, Measurement, Phase};
+use crate::{EstimationError, Problem};
+use zonobench_sets::Matrix;
+
+/// The EZGKF with the forecast of its Remark 3: the state matrix is taken as an interval matrix of
+/// radius ρ = Σ_i |A_i|, and
+///
+/// G = [A₀ G_r, diag(ρ |G_r| 1), Gʷ, diag(ρ |c|)],
+///
+/// so a step adds 2n + n_gw + n_gv generators. The rest is [`Ezgkf`](super::Ezgkf); the paper does not
+/// say which covariance goes with it, and Eq. (26) with the affine A_i is used. Where each A_i has one
+/// entry that is not zero, as in both of the paper's examples, the forecast set is that of the EZGKF;
+/// the list of generators differs, and with it the gain. Not guaranteed. Reads y_1 … y_k.
+///
+/// Source: [dePaula, Remark 3].
+#[derive(Clone, Debug)]
+pub struct EzgkfM {
+    model: MixedModel,
+}
+
+impl EzgkfM {
+    /// Fails where a setting is out of range, the system has no quasi-LPV form, or R^zg is singular.
+    pub fn new(settings: &EzgkfSettings, problem: &Problem) -> Result<Self, EstimationError> {
+        Ok(Self {
+            model: MixedModel::new("ezgkf-m", settings.mixed(), problem)?,
+        })
+    }
+}
+
+impl Estimator for EzgkfM {
+    type Belief = ZonotopicGaussian;
+
+    fn prior(&self) -> ZonotopicGaussian {
+        self.model.prior.clone()
+    }
+
+    fn predict(
+        &self,
+        k: usize,
+        belief: &ZonotopicGaussian,
+        u_prev: &[f64],
+    ) -> Result<ZonotopicGaussian, EstimationError> {
+        let model = &self.model;
+        let form = model.embed(k, belief)?;
+        let (c, g) = (&belief.center, &belief.generators);
+        let mut rho = Matrix::zeros(c.len(), c.len());
+        for a in &form.a {
+            rho = rho.add(&a.abs());
+        }
+        let magnitudes: Vec<f64> = c.iter().map(|c| c.abs()).collect();
+        let generators = Matrix::hcat(&[
+            &form.a0.mul(g),
+            &Matrix::diagonal(&rho.mul_vec(&g.abs_row_sums())),
+            &model.gw,
+            &Matrix::diagonal(&rho.mul_vec(&magnitudes)),
+        ]);
+        Ok(ZonotopicGaussian {
+            center: model.forecast_center(&form.a0, c, u_prev)?,
+            generators,
+            covariance: model.forecast_covariance(&form.a0, &form.a, &belief.covariance),
+            quantile: belief.quantile,
+            pending: None,
+        })
+    }
+
+    fn update(
+        &self,
+        k: usize,
+        belief: &ZonotopicGaussian,
+        u: &[f64],
+        y: Measurement,
+    ) -> Result<ZonotopicGaussian, EstimationError> {
+        let corrected = self.model.correct(k, belief, u, y)?;
+        Ok(corrected.map_or_else(|| belief.clone(), |c| c.belief))
+    }
+
+    fn reduce_order(
+        &self,
+        _k: usize,
+        belief: ZonotopicGaussian,
+    ) -> Result<ZonotopicGaussian, EstimationError> {
+        Ok(self.model.reduce_order(belief))
+    }
+
+    fn guaranteed(&self) -> bool {
+        false
+    }
+    fn reads(&self) -> &'static str {
+        "y_k"
+    }
+    fn reported_phase(&self) -> Phase {
+        Phase::Updated
+    }
+    fn uses_first_measurement(&self) -> bool {
+        false
+    }
+}

@@ -1,0 +1,190 @@
+//! The Kalman filter, against which the set estimators are compared.
+
+use super::linear_output::{LinearOutput, add_assign, complement, congruence, gain};
+use crate::error::finite_vector;
+use crate::estimator::{Belief, Containment, Estimator, Measurement, Phase, Shape, Size};
+use crate::{EstimationError, Problem};
+use serde::{Deserialize, Serialize};
+use zonobench_sets::{Interval, IntervalVector, Matrix};
+
+const KIND: &str = "kalman";
+
+/// The Kalman filter has no settings: it reads mean and covariance of the prior and of both noises.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KalmanSettings {}
+
+/// N(x̂, P). It has no set.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gaussian {
+    /// x̂.
+    pub mean: Vec<f64>,
+    /// P, n × n, symmetric.
+    pub covariance: Matrix,
+}
+
+impl Belief for Gaussian {
+    fn center(&self) -> Vec<f64> {
+        self.mean.clone()
+    }
+    fn interval_hull(&self) -> Option<IntervalVector> {
+        None
+    }
+    fn contains(&self, _x: &[Interval]) -> Containment {
+        Containment::Undecided
+    }
+    fn covariance(&self) -> Option<&Matrix> {
+        Some(&self.covariance)
+    }
+    fn size(&self) -> Size {
+        Size::default()
+    }
+    fn shape(&self) -> Shape {
+        Shape {
+            kind: "gaussian",
+            center: self.mean.clone(),
+            covariance: Some(self.covariance.clone()),
+            ..Shape::default()
+        }
+    }
+}
+
+/// The Kalman filter of a linear time-invariant system:
+///
+/// predict: x̂⁻ = A x̂ + B u + d_e, P⁻ = A P Aᵀ + Γ_d;
+/// update: S = C P⁻ Cᵀ + Γ_v, K = P⁻ Cᵀ S⁻¹, x̂ = x̂⁻ + K (y − C x̂⁻ − D u − v_e), and
+/// P = (I − K C) P⁻ (I − K C)ᵀ + K Γ_v Kᵀ (Joseph's form, symmetric by construction).
+///
+/// Rows of y that were not measured are left out. The updated belief has read y_0 … y_k, the predicted
+/// one y_0 … y_{k−1}. No set, so never guaranteed.
+///
+/// Source: [MeslemRamdani, Sec. III]. The paper reports the *prediction*, x̂_{k|k−1}.
+#[derive(Clone, Debug)]
+pub struct Kalman {
+    a: Matrix,
+    b: Matrix,
+    output: LinearOutput,
+    prior: Gaussian,
+    w_mean: Vec<f64>,
+    w_covariance: Matrix,
+}
+
+impl Kalman {
+    /// Fails where the system is not linear, a covariance is missing, or the S of step 0 is not
+    /// positive definite.
+    pub fn new(_settings: &KalmanSettings, problem: &Problem) -> Result<Self, EstimationError> {
+        let Some(parts) = problem.system.linear_parts() else {
+            return Err(EstimationError::Unsupported {
+                kind: KIND,
+                what: problem.system.kind(),
+                reason: "it needs a system of kind linear".into(),
+            });
+        };
+        let parts_with_covariance = [
+            ("prior.covariance", &problem.prior),
+            ("noise.w.covariance", &problem.w),
+            ("noise.v.covariance", &problem.v),
+        ];
+        for (key, part) in parts_with_covariance {
+            if !part.has_gaussian() {
+                return Err(EstimationError::setting(KIND, key, "given", "nothing"));
+            }
+        }
+        let prior = Gaussian {
+            mean: problem.prior.gaussian_mean().to_vec(),
+            covariance: problem.prior.covariance_matrix(),
+        };
+        let mean = problem.v.gaussian_mean().to_vec();
+        let output = LinearOutput::new(parts.c, parts.d, mean, &problem.v);
+        let mut s = congruence(&output.c, &prior.covariance);
+        add_assign(&mut s, &output.covariance);
+        if s.cholesky().is_err() {
+            let expected = "such that S = C P C' + R is positive definite";
+            let got = format!("S = {s:?} at k = 0");
+            return Err(EstimationError::setting(
+                KIND,
+                "noise.v.covariance",
+                expected,
+                got,
+            ));
+        }
+        Ok(Self {
+            a: parts.a,
+            b: parts.b,
+            output,
+            prior,
+            w_mean: problem.w.gaussian_mean().to_vec(),
+            w_covariance: problem.w.covariance_matrix(),
+        })
+    }
+}
+
+impl Estimator for Kalman {
+    type Belief = Gaussian;
+
+    fn prior(&self) -> Gaussian {
+        self.prior.clone()
+    }
+
+    fn predict(
+        &self,
+        _k: usize,
+        belief: &Gaussian,
+        u_prev: &[f64],
+    ) -> Result<Gaussian, EstimationError> {
+        finite_vector("input u", u_prev, self.b.cols())?;
+        let mut mean = self.a.mul_vec(&belief.mean);
+        for (i, x) in mean.iter_mut().enumerate() {
+            for (b, u) in self.b.row(i).iter().zip(u_prev) {
+                *x += b * u;
+            }
+            *x += self.w_mean[i];
+        }
+        let mut covariance = congruence(&self.a, &belief.covariance);
+        add_assign(&mut covariance, &self.w_covariance);
+        Ok(Gaussian { mean, covariance })
+    }
+
+    fn update(
+        &self,
+        k: usize,
+        belief: &Gaussian,
+        u: &[f64],
+        y: Measurement,
+    ) -> Result<Gaussian, EstimationError> {
+        let (output, z) = self.output.observe(u, y)?;
+        if z.is_empty() {
+            return Ok(belief.clone());
+        }
+        let p = &belief.covariance;
+        let pct = p.mul_transpose(&output.c);
+        let mut s = output.c.mul(&pct);
+        add_assign(&mut s, &output.covariance);
+        let gain = gain(&pct, &s).map_err(EstimationError::at(k, "gain"))?;
+        let mut mean = belief.mean.clone();
+        for (l, &z) in z.iter().enumerate() {
+            let innovation = output
+                .c
+                .row(l)
+                .iter()
+                .zip(&belief.mean)
+                .fold(z, |e, (c, x)| e - c * x);
+            for (i, x) in mean.iter_mut().enumerate() {
+                *x += gain[(i, l)] * innovation;
+            }
+        }
+        let mut covariance = congruence(&complement(&gain, &output.c), p);
+        add_assign(&mut covariance, &congruence(&gain, &output.covariance));
+        Ok(Gaussian { mean, covariance })
+    }
+
+    fn guaranteed(&self) -> bool {
+        false
+    }
+    fn reads(&self) -> &'static str {
+        "y_{k-1} (predicted), y_k (updated)"
+    }
+    fn reported_phase(&self) -> Phase {
+        Phase::Predicted
+    }
+}

@@ -1,0 +1,138 @@
+//! The measurement equation y = C x + D u + v of the linear filters, restricted to what was measured.
+
+use crate::error::finite_vector;
+use crate::estimator::Measurement;
+use crate::{EstimationError, Uncertain};
+use std::borrow::Cow;
+use zonobench_sets::Matrix;
+
+/// y = C x + D u + v with v = e + Gᵛ ξ + g, ‖ξ‖∞ ≤ 1, g ~ N(0, R).
+#[derive(Clone, Debug)]
+pub(super) struct LinearOutput {
+    /// C, m × n.
+    pub c: Matrix,
+    /// D, m × p.
+    pub d: Matrix,
+    /// e, the mean of v.
+    pub mean: Vec<f64>,
+    /// Gᵛ, m × n_gv.
+    pub generators: Matrix,
+    /// R, m × m.
+    pub covariance: Matrix,
+}
+
+impl LinearOutput {
+    pub fn new(c: Matrix, d: Matrix, mean: Vec<f64>, v: &Uncertain) -> Self {
+        Self {
+            c,
+            d,
+            mean,
+            generators: v.generator_matrix(),
+            covariance: v.covariance_matrix(),
+        }
+    }
+
+    /// The rows that were measured, and y − D u − e in them.
+    ///
+    /// Fails where `u` or `y` has the wrong length or a number that is not finite.
+    pub fn observe(
+        &self,
+        u: &[f64],
+        y: Measurement,
+    ) -> Result<(Cow<'_, Self>, Vec<f64>), EstimationError> {
+        finite_vector("input u", u, self.d.cols())?;
+        check_measurement(y, self.c.rows())?;
+        let value = |i: usize, y: f64| {
+            let mut z = y;
+            for (d, u) in self.d.row(i).iter().zip(u) {
+                z -= d * u;
+            }
+            z - self.mean[i]
+        };
+        let z = y
+            .iter()
+            .enumerate()
+            .filter_map(|(i, y)| y.map(|y| value(i, y)))
+            .collect();
+        if y.iter().all(Option::is_some) {
+            return Ok((Cow::Borrowed(self), z));
+        }
+        let rows: Vec<usize> = (0..y.len()).filter(|&i| y[i].is_some()).collect();
+        let select = |m: &Matrix| Matrix::from_fn(rows.len(), m.cols(), |i, j| m[(rows[i], j)]);
+        Ok((
+            Cow::Owned(Self {
+                c: select(&self.c),
+                d: select(&self.d),
+                mean: rows.iter().map(|&i| self.mean[i]).collect(),
+                generators: select(&self.generators),
+                covariance: select(&self.covariance).select_columns(&rows),
+            }),
+            z,
+        ))
+    }
+}
+
+/// Fails unless `y` has `m` components, all that are there finite.
+pub(super) fn check_measurement(y: Measurement, m: usize) -> Result<(), EstimationError> {
+    if y.len() != m {
+        return Err(EstimationError::Dimension {
+            what: "measurement y",
+            expected: m,
+            got: y.len(),
+        });
+    }
+    match y.iter().flatten().find(|y| !y.is_finite()) {
+        Some(&value) => Err(EstimationError::NotFinite {
+            what: "measurement y",
+            value,
+        }),
+        None => Ok(()),
+    }
+}
+
+/// K = P Cᵀ S⁻¹ for the n × m matrix `pct` = P Cᵀ and the symmetric positive definite S, both m × m.
+pub(super) fn gain(pct: &Matrix, s: &Matrix) -> Result<Matrix, zonobench_sets::SetError> {
+    if s.rows() == 1 {
+        if s[(0, 0)] > 0.0 && s[(0, 0)].is_finite() {
+            return Ok(pct.map(|x| x / s[(0, 0)]));
+        }
+        return Err(zonobench_sets::SetError::Singular { op: "gain" });
+    }
+    Ok(s.solve_positive_definite(&pct.transpose())?.transpose())
+}
+
+/// I − K C.
+pub(super) fn complement(k: &Matrix, c: &Matrix) -> Matrix {
+    let mut t = k.mul(c);
+    for i in 0..t.rows() {
+        for j in 0..t.cols() {
+            t[(i, j)] = f64::from(u8::from(i == j)) - t[(i, j)];
+        }
+    }
+    t
+}
+
+/// M P Mᵀ, exactly symmetric.
+pub(super) fn congruence(m: &Matrix, p: &Matrix) -> Matrix {
+    let mut out = m.mul(p).mul_transpose(m);
+    symmetrize(&mut out);
+    out
+}
+
+/// (M + Mᵀ)/2 in place.
+pub(super) fn symmetrize(m: &mut Matrix) {
+    for i in 0..m.rows() {
+        for j in 0..i {
+            let mean = 0.5 * (m[(i, j)] + m[(j, i)]);
+            m[(i, j)] = mean;
+            m[(j, i)] = mean;
+        }
+    }
+}
+
+/// M += B.
+pub(super) fn add_assign(m: &mut Matrix, b: &Matrix) {
+    for (m, b) in m.as_mut_slice().iter_mut().zip(b.as_slice()) {
+        *m += b;
+    }
+}

@@ -1,0 +1,19 @@
+//! The estimators, one a file: settings, struct, impl.
+
+mod box_state_est;
+mod ezgkf;
+mod ezgkf_m;
+mod ezgkp;
+mod kalman;
+mod linear_output;
+mod zonotopic_gaussian;
+
+pub use box_state_est::{
+    BoxStateEst, BoxStateEstSettings, BoxWindow, CONDITION_WARNING, Products, WidthBound,
+    printed_width_bound, width_bound,
+};
+pub use ezgkf::{Ezgkf, EzgkfSettings};
+pub use ezgkf_m::EzgkfM;
+pub use ezgkp::{Ezgkp, EzgkpSettings, Form};
+pub use kalman::{Gaussian, Kalman, KalmanSettings};
+pub use zonotopic_gaussian::{Gain, ZonotopicGaussian, covariance_bound};

@@ -1,0 +1,420 @@
+//! Zonotope plus Gaussian: the belief of the mixed filters EZGKF, EZGKF-M and EZGKP, and the steps
+//! they share.
+//!
+//! The error of the estimate c is ξ-part plus Gaussian part: x − c ∈ G [−1, 1]^p + g, g ~ N(0, P).
+//! Nothing here is guaranteed: covariances have no certain set, confidence boxes hold with a
+//! probability, and rounding is plain.
+
+use super::linear_output::{LinearOutput, add_assign, complement, congruence, gain, symmetrize};
+use crate::error::finite_vector;
+use crate::estimator::{Belief, Containment, Measurement, Shape, Size, box_contains};
+use crate::system::Embedding;
+use crate::{AnySystem, EstimationError, Problem};
+use serde::{Deserialize, Serialize};
+use zonobench_sets::ellipsoid::chi_square_isf;
+use zonobench_sets::matrix::{abs_sum, dot};
+use zonobench_sets::reduction::{combastel, parallel};
+use zonobench_sets::{Interval, IntervalVector, Matrix};
+
+/// Which R^zg enters the gain.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Gain {
+    /// R^zg = (1 − η) Gᵛ Gᵛᵀ + η R: the minimiser of [dePaula, Eq. (18)], as in [dePaula, Eq. (31)].
+    #[default]
+    Optimal,
+    /// R^zg = (1 − η) Gᵛ + η R with Gᵛ not squared. Not optimal; it is here because the paper's Table III
+    /// agrees with it and not with its own Eq. (31). Needs a square symmetric Gᵛ.
+    Unsquared,
+}
+
+/// c + G [−1, 1]^p + N(0, P), with the χ² quantile of its confidence box.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ZonotopicGaussian {
+    /// c.
+    pub center: Vec<f64>,
+    /// G, n × p.
+    pub generators: Matrix,
+    /// P, n × n, symmetric.
+    pub covariance: Matrix,
+    /// σ, the 1 − α quantile of χ² with n degrees of freedom.
+    pub quantile: f64,
+    /// y_k, which the predictor uses only in its next prediction; None in the filters.
+    pub(super) pending: Option<Vec<Option<f64>>>,
+}
+
+impl ZonotopicGaussian {
+    /// r_i = Σ_j |G_ij| + √(σ P_ii), the half-widths of the confidence box. [dePaula, Eqs. (14), (15)]
+    pub fn radius(&self) -> Vec<f64> {
+        (0..self.center.len())
+            .map(|i| {
+                let variance = self.covariance[(i, i)].max(0.0);
+                abs_sum(self.generators.row(i)) + (self.quantile * variance).sqrt()
+            })
+            .collect()
+    }
+
+    /// The confidence box c ± r.
+    ///
+    /// Fails where a bound is not finite.
+    pub fn confidence_box(&self) -> Result<IntervalVector, zonobench_sets::SetError> {
+        IntervalVector::from_center_radius(&self.center, &self.radius())
+    }
+}
+
+impl Belief for ZonotopicGaussian {
+    fn center(&self) -> Vec<f64> {
+        self.center.clone()
+    }
+    /// The confidence box: it holds with a probability, not for certain.
+    fn interval_hull(&self) -> Option<IntervalVector> {
+        self.confidence_box().ok()
+    }
+    /// Containment in the confidence box.
+    fn contains(&self, x: &[Interval]) -> Containment {
+        self.interval_hull()
+            .map_or(Containment::Undecided, |hull| box_contains(&hull, x))
+    }
+    fn covariance(&self) -> Option<&Matrix> {
+        Some(&self.covariance)
+    }
+    /// `radius` is that of the confidence box; a set of both kinds has no volume.
+    fn size(&self) -> Size {
+        let g = &self.generators;
+        Size {
+            n_generators: Some(g.cols()),
+            trace_ggt: Some((0..g.rows()).map(|i| dot(g.row(i), g.row(i))).sum()),
+            radius: Some(self.radius().into_iter().fold(0.0, f64::max)),
+            ..Size::default()
+        }
+    }
+    fn shape(&self) -> Shape {
+        Shape {
+            kind: "zonotopic-gaussian",
+            center: self.center.clone(),
+            generators: Some(self.generators.clone()),
+            covariance: Some(self.covariance.clone()),
+            bounds: self.interval_hull(),
+            ..Shape::default()
+        }
+    }
+}
+
+/// The settings that the mixed filters share.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MixedSettings {
+    pub phi: usize,
+    pub eta: f64,
+    pub alpha: f64,
+    pub gain: Gain,
+    pub overbars: bool,
+    pub merge_parallel: bool,
+}
+
+/// Directions that differ by less are those of parallel generators: room for the rounding that
+/// products of parallel columns have met, and no more.
+const PARALLEL: f64 = 1e-12;
+
+/// What the mixed filters share: the problem in quasi-LPV form, the settings, the correction.
+#[derive(Clone, Debug)]
+pub(super) struct MixedModel {
+    system: AnySystem,
+    settings: MixedSettings,
+    /// B, n × p.
+    b: Matrix,
+    pub output: LinearOutput,
+    /// R^zg, m × m. [dePaula, Eq. (31)]
+    rzg: Matrix,
+    /// Gʷ, n × n_gw.
+    pub gw: Matrix,
+    w_mean: Vec<f64>,
+    /// Q, n × n.
+    q: Matrix,
+    pub prior: ZonotopicGaussian,
+}
+
+impl MixedModel {
+    /// Checks the settings and the problem: φ ≥ n, η in [0, 1], α in (0, 1), R^zg positive definite.
+    /// Covariances and shapes were checked with the problem; without a covariance it is zero, without
+    /// generators there are none. w and v may have a mean.
+    pub fn new(
+        kind: &'static str,
+        settings: MixedSettings,
+        problem: &Problem,
+    ) -> Result<Self, EstimationError> {
+        let Some(form) = problem.system.quasi_lpv() else {
+            return Err(EstimationError::Unsupported {
+                kind,
+                what: problem.system.kind(),
+                reason: "it needs a system with a quasi-LPV form and a linear output".into(),
+            });
+        };
+        let (b, c, d) = (
+            form.input_matrix(),
+            form.output_matrix(),
+            form.feedthrough(),
+        );
+        let n = b.rows();
+        let MixedSettings {
+            phi, eta, alpha, ..
+        } = settings;
+        if phi < n {
+            let expected = format!("at least n = {n}");
+            return Err(EstimationError::setting(kind, "phi", expected, phi));
+        }
+        if !(0.0..=1.0).contains(&eta) {
+            return Err(EstimationError::setting(kind, "eta", "in [0, 1]", eta));
+        }
+        if !(alpha > 0.0 && alpha < 1.0) {
+            return Err(EstimationError::setting(kind, "alpha", "in (0, 1)", alpha));
+        }
+        for (key, part) in [
+            ("prior.constraints", &problem.prior),
+            ("noise.w.constraints", &problem.w),
+            ("noise.v.constraints", &problem.v),
+        ] {
+            if part.constraints.is_some() {
+                let expected = "left out: this filter has no constraints";
+                return Err(EstimationError::setting(kind, key, expected, "constraints"));
+            }
+        }
+        let output = LinearOutput::new(c, d, problem.v.mixed_mean(), &problem.v);
+        let set_part = match settings.gain {
+            Gain::Optimal => output.generators.gram(),
+            Gain::Unsquared => {
+                let gv = &output.generators;
+                if gv.cols() != 0 && *gv != gv.transpose() {
+                    let expected = "symmetric m x m generators of v for gain = \"unsquared\"";
+                    return Err(EstimationError::setting(
+                        kind,
+                        "noise.v.generators",
+                        expected,
+                        format!("{gv:?}"),
+                    ));
+                }
+                if gv.cols() == 0 {
+                    Matrix::zeros(gv.rows(), gv.rows())
+                } else {
+                    gv.clone()
+                }
+            }
+        };
+        let mut rzg = set_part.scale(1.0 - eta);
+        add_assign(&mut rzg, &output.covariance.scale(eta));
+        if rzg.cholesky().is_err() {
+            let expected = "such that (1 - eta) Gv Gv' + eta R is positive definite, \
+                            so that the gain exists";
+            return Err(EstimationError::setting(
+                kind,
+                "eta",
+                expected,
+                format!("{eta} with {rzg:?}"),
+            ));
+        }
+        Ok(Self {
+            system: problem.system.clone(),
+            settings,
+            b,
+            output,
+            rzg,
+            gw: problem.w.generator_matrix(),
+            w_mean: problem.w.mixed_mean(),
+            q: problem.w.covariance_matrix(),
+            prior: ZonotopicGaussian {
+                center: problem.prior.mixed_mean(),
+                generators: problem.prior.generator_matrix(),
+                covariance: problem.prior.covariance_matrix(),
+                quantile: chi_square_isf(alpha, n)
+                    .map_err(|_| EstimationError::setting(kind, "alpha", "in (0, 1)", alpha))?,
+                pending: None,
+            },
+        })
+    }
+
+    /// A₀ and A_i over the confidence box of `belief`, the belief at k − 1.
+    pub fn embed(
+        &self,
+        k: usize,
+        belief: &ZonotopicGaussian,
+    ) -> Result<Embedding, EstimationError> {
+        let over = belief
+            .confidence_box()
+            .map_err(EstimationError::at(k, "confidence box"))?;
+        let form = self
+            .system
+            .quasi_lpv()
+            .expect("checked when the filter was made");
+        form.embed(k - 1, &over)
+    }
+
+    /// A₀ c + B u + (mean of w).
+    pub fn forecast_center(
+        &self,
+        a0: &Matrix,
+        c: &[f64],
+        u: &[f64],
+    ) -> Result<Vec<f64>, EstimationError> {
+        finite_vector("input u", u, self.b.cols())?;
+        let mut next = a0.mul_vec(c);
+        for (i, x) in next.iter_mut().enumerate() {
+            for (b, u) in self.b.row(i).iter().zip(u) {
+                *x += b * u;
+            }
+            *x += self.w_mean[i];
+        }
+        Ok(next)
+    }
+
+    /// The covariance forecast, see [`covariance_bound`].
+    pub fn forecast_covariance(&self, f0: &Matrix, a: &[Matrix], p: &Matrix) -> Matrix {
+        covariance_bound(f0, a, p, &self.q, self.settings.overbars)
+    }
+
+    /// The optimal gain K = P^zg Cᵀ S⁻¹ with P^zg = (1 − η) G Gᵀ + η P, S = C P^zg Cᵀ + R^zg. It
+    /// minimises (1 − η) tr(G₊ G₊ᵀ) + η tr(P₊). [dePaula, Theorem 1, Eqs. (29)-(32)]
+    ///
+    /// `rows` are the rows of y that `output` holds.
+    fn gain(
+        &self,
+        k: usize,
+        output: &LinearOutput,
+        rows: Option<&[usize]>,
+        g: &Matrix,
+        p: &Matrix,
+    ) -> Result<Matrix, EstimationError> {
+        let eta = self.settings.eta;
+        let mut pzg = p.scale(eta);
+        if eta < 1.0 {
+            add_assign(&mut pzg, &g.gram().scale(1.0 - eta));
+        }
+        let pct = pzg.mul_transpose(&output.c);
+        let mut s = output.c.mul(&pct);
+        match rows {
+            None => add_assign(&mut s, &self.rzg),
+            Some(rows) => {
+                let rzg =
+                    Matrix::from_fn(rows.len(), rows.len(), |i, j| self.rzg[(rows[i], rows[j])]);
+                add_assign(&mut s, &rzg);
+            }
+        }
+        symmetrize(&mut s);
+        gain(&pct, &s).map_err(EstimationError::at(k, "gain"))
+    }
+
+    /// Takes in a measurement: with T = I − K C,
+    /// c₊ = T c + K (y − D u − e), G₊ = [T G, −K Gᵛ], P₊ = T P Tᵀ + K R Kᵀ. [dePaula, Eqs. (25)-(28)]
+    ///
+    /// With `merge_parallel` the parallel columns of G are merged first. Returns the gain and the
+    /// output rows used beside the corrected belief; None where nothing was measured.
+    pub fn correct(
+        &self,
+        k: usize,
+        belief: &ZonotopicGaussian,
+        u: &[f64],
+        y: Measurement,
+    ) -> Result<Option<Correction>, EstimationError> {
+        let (output, z) = self.output.observe(u, y)?;
+        if z.is_empty() {
+            return Ok(None);
+        }
+        let rows: Option<Vec<usize>> =
+            (z.len() < y.len()).then(|| (0..y.len()).filter(|&i| y[i].is_some()).collect());
+        let merged;
+        let g = if self.settings.merge_parallel {
+            merged = parallel::merge_columns(&belief.generators, PARALLEL);
+            &merged
+        } else {
+            &belief.generators
+        };
+        let p = &belief.covariance;
+        let gain = self.gain(k, &output, rows.as_deref(), g, p)?;
+        let t = complement(&gain, &output.c);
+        let mut center = t.mul_vec(&belief.center);
+        for (i, x) in center.iter_mut().enumerate() {
+            for (k, z) in gain.row(i).iter().zip(&z) {
+                *x += k * z;
+            }
+        }
+        let kgv = gain.mul(&output.generators);
+        let generators = Matrix::hcat(&[&t.mul(g), &kgv.scale(-1.0)]);
+        let mut covariance = congruence(&t, p);
+        let krk = congruence(&gain, &output.covariance);
+        add_assign(&mut covariance, &krk);
+        Ok(Some(Correction {
+            belief: ZonotopicGaussian {
+                center,
+                generators,
+                covariance,
+                quantile: belief.quantile,
+                pending: None,
+            },
+            gain,
+            output: output.into_owned(),
+            z,
+        }))
+    }
+
+    /// At most φ generators, by [`combastel::reduce_columns`].
+    pub fn reduce_order(&self, mut belief: ZonotopicGaussian) -> ZonotopicGaussian {
+        if belief.generators.cols() > self.settings.phi {
+            belief.generators = combastel::reduce_columns(&belief.generators, self.settings.phi);
+        }
+        belief
+    }
+}
+
+/// A corrected belief with what made it.
+pub(super) struct Correction {
+    pub belief: ZonotopicGaussian,
+    /// K.
+    pub gain: Matrix,
+    /// The rows of the output equation that were measured.
+    pub output: LinearOutput,
+    /// y − D u − e in these rows.
+    pub z: Vec<f64>,
+}
+
+/// |M| = V |Λ| Vᵀ for the symmetric M = V Λ Vᵀ: the least upper bound of ±M that commutes with M.
+/// [dePaula, Lemma 1]
+fn absolute(m: &Matrix) -> Matrix {
+    let (values, vectors) = m.symmetric_eigen();
+    let magnitudes: Vec<f64> = values.iter().map(|x| x.abs()).collect();
+    congruence(&vectors, &Matrix::diagonal(&magnitudes))
+}
+
+/// An upper bound on A(δ) P A(δ)ᵀ + Q for every |δ_i| ≤ 1, where A(δ) = F₀ + Σ δ_i A_i:
+///
+/// F₀ P F₀ᵀ + Q + Σ_i [ |F₀ P A_iᵀ + A_i P F₀ᵀ| + A_i P A_iᵀ ] + Σ_{i<j} |A_i P A_jᵀ + A_j P A_iᵀ|,
+///
+/// with |M| = V |Λ| Vᵀ. All n × n; P and Q symmetric positive semidefinite. With `overbars` false the
+/// bars are left out, which is the covariance at δ = (1, …, 1) alone and bounds nothing else.
+///
+/// Source: [dePaula, Eq. (26), Proposition 2, Lemma 1]; δ_i² ≤ 1 multiplies a positive semidefinite
+/// matrix, so A_i P A_iᵀ needs no bar.
+pub fn covariance_bound(
+    f0: &Matrix,
+    a: &[Matrix],
+    p: &Matrix,
+    q: &Matrix,
+    overbars: bool,
+) -> Matrix {
+    let mut bound = congruence(f0, p);
+    add_assign(&mut bound, q);
+    let mut add_cross = |left: &Matrix, right: &Matrix| {
+        // M + Mᵀ = 2 · symmetric part.
+        let mut cross = left.mul(p).mul_transpose(right);
+        symmetrize(&mut cross);
+        let cross = if overbars { absolute(&cross) } else { cross };
+        add_assign(&mut bound, &cross.scale(2.0));
+    };
+    for (i, ai) in a.iter().enumerate() {
+        add_cross(f0, ai);
+        for aj in &a[i + 1..] {
+            add_cross(ai, aj);
+        }
+    }
+    for ai in a {
+        add_assign(&mut bound, &congruence(ai, p));
+    }
+    bound
+}

@@ -1,0 +1,185 @@
+//! Discrete-time systems: x_{k+1} = f(k, x_k, u_k, w_k), y_k = h(k, x_k, u_k, v_k).
+//!
+//! A system is its equations, written once for every number they can be evaluated on. The systems are
+//! a closed family, [`AnySystem`]: one file each under `systems/`, one line each below.
+
+use crate::EstimationError;
+use crate::systems::{Linear, Lpv, VanDerPol};
+use serde::{Deserialize, Serialize};
+use zonobench_sets::number::Real;
+use zonobench_sets::{IntervalVector, Matrix};
+
+/// One component of a vector: its name and its unit.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Variable {
+    /// The name, unique within its vector.
+    pub name: String,
+    /// The UCUM code of the unit: "1", "m", "rad", …
+    pub unit: &'static str,
+}
+
+impl Variable {
+    /// `name` in `unit`.
+    pub fn new(name: impl Into<String>, unit: &'static str) -> Self {
+        Self {
+            name: name.into(),
+            unit,
+        }
+    }
+
+    /// `n` dimensionless components x1, …, xn for the prefix "x".
+    pub fn numbered(prefix: &str, n: usize) -> Vec<Self> {
+        (1..=n)
+            .map(|i| Self::new(format!("{prefix}{i}"), "1"))
+            .collect()
+    }
+}
+
+/// The components of every vector of a system; the lengths are its dimensions.
+#[derive(Clone, Debug, PartialEq, Eq, Default, Serialize)]
+pub struct Variables {
+    /// State.
+    pub x: Vec<Variable>,
+    /// Input.
+    pub u: Vec<Variable>,
+    /// Process noise; of an LPV system, also δ after it.
+    pub w: Vec<Variable>,
+    /// Measurement.
+    pub y: Vec<Variable>,
+    /// Measurement noise.
+    pub v: Vec<Variable>,
+}
+
+/// A discrete-time system, written once for every number.
+///
+/// Laws: `f` writes every component of `next` and `h` every component of `y`; neither branches on a
+/// state; evaluated on intervals, both contain the value at every point of the arguments.
+/// Slices have the lengths of [`Variables`]; their lengths are checked by the callers.
+pub trait System: Send + Sync {
+    /// The names and units of all components.
+    fn variables(&self) -> Variables;
+    /// x_{k+1} = f(k, x_k, u_k, w_k), into `next`.
+    fn f<S: Real>(&self, k: usize, x: &[S], u: &[f64], w: &[S], next: &mut [S]);
+    /// y_k = h(k, x_k, u_k, v_k), into `y`.
+    fn h<S: Real>(&self, k: usize, x: &[S], u: &[f64], v: &[S], y: &mut [S]);
+}
+
+/// x⁺ = (A₀ + Σ_i δ_i A_i) x + B u + w with |δ_i| ≤ 1, valid over a box of states.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Embedding {
+    /// A₀, n × n.
+    pub a0: Matrix,
+    /// A₁ … A_d, each n × n.
+    pub a: Vec<Matrix>,
+}
+
+/// A system that can be written in quasi-LPV form: x⁺ = A(x) x + B u + w, y = C x + D u + v.
+pub trait QuasiLpv: Send + Sync {
+    /// Matrices with A(x) ∈ { A₀ + Σ δ_i A_i : |δ_i| ≤ 1 } for every x of the box `over`.
+    ///
+    /// A₀ and A_i are rounded to nearest. Fails where the box is so large that they are not finite.
+    fn embed(&self, k: usize, over: &IntervalVector) -> Result<Embedding, EstimationError>;
+    /// B, n × p.
+    fn input_matrix(&self) -> Matrix;
+    /// C, m × n.
+    fn output_matrix(&self) -> Matrix;
+    /// D, m × p.
+    fn feedthrough(&self) -> Matrix;
+}
+
+/// The matrices of x⁺ = A x + B u + w, y = C x + D u + v.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinearParts {
+    /// A, n × n.
+    pub a: Matrix,
+    /// B, n × p.
+    pub b: Matrix,
+    /// C, m × n.
+    pub c: Matrix,
+    /// D, m × p.
+    pub d: Matrix,
+}
+
+macro_rules! systems {
+    ($($variant:ident),+ $(,)?) => {
+        /// Every system there is. Its serialized form is canonical: the tag `kind` and the parameters.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        #[serde(tag = "kind", rename_all = "kebab-case")]
+        pub enum AnySystem {
+            $(#[doc = concat!("[`", stringify!($variant), "`]")] $variant($variant)),+
+        }
+
+        impl System for AnySystem {
+            fn variables(&self) -> Variables {
+                match self { $(Self::$variant(s) => s.variables()),+ }
+            }
+            #[inline]
+            fn f<S: Real>(&self, k: usize, x: &[S], u: &[f64], w: &[S], next: &mut [S]) {
+                match self { $(Self::$variant(s) => s.f(k, x, u, w, next)),+ }
+            }
+            #[inline]
+            fn h<S: Real>(&self, k: usize, x: &[S], u: &[f64], v: &[S], y: &mut [S]) {
+                match self { $(Self::$variant(s) => s.h(k, x, u, v, y)),+ }
+            }
+        }
+    };
+}
+
+systems!(Linear, Lpv, VanDerPol);
+
+impl AnySystem {
+    /// The value of `kind` in a file.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Linear(_) => "linear",
+            Self::Lpv(_) => "lpv",
+            Self::VanDerPol(_) => "van-der-pol",
+        }
+    }
+
+    /// d, the number of parameters δ at the end of w; 0 for all but `lpv`.
+    pub fn n_delta(&self) -> usize {
+        match self {
+            Self::Lpv(s) => s.n_delta(),
+            _ => 0,
+        }
+    }
+
+    /// A, B, C, D of a linear time-invariant system, and None for every other.
+    pub fn linear_parts(&self) -> Option<LinearParts> {
+        match self {
+            Self::Linear(s) => Some(s.parts()),
+            _ => None,
+        }
+    }
+
+    /// The quasi-LPV form of a system that has one.
+    pub fn quasi_lpv(&self) -> Option<&dyn QuasiLpv> {
+        match self {
+            Self::Linear(s) => Some(s),
+            Self::Lpv(s) => Some(s),
+            Self::VanDerPol(s) => Some(s),
+        }
+    }
+}
+
+/// Σ_j m_ij x_j in ascending j without the zero coefficients, which would only widen an interval.
+#[inline]
+pub(crate) fn row_times<S: Real>(row: &[f64], x: &[S]) -> S {
+    let mut terms = row
+        .iter()
+        .zip(x)
+        .filter(|(m, _)| **m != 0.0)
+        .map(|(&m, &x)| x * m);
+    let first = terms.next().unwrap_or_else(|| S::constant(0.0));
+    terms.fold(first, |sum, term| sum + term)
+}
+
+/// row · u added to `sum`, rounded in the arithmetic of `S`.
+#[inline]
+pub(crate) fn plus_row_times<S: Real>(sum: S, row: &[f64], u: &[f64]) -> S {
+    row.iter()
+        .zip(u)
+        .filter(|(m, _)| **m != 0.0)
+        .fold(sum, |sum, (&m, &u)| sum + S::constant(u) * m)
+}

@@ -1,0 +1,9 @@
+//! The systems, one a file.
+
+mod linear;
+mod lpv;
+mod van_der_pol;
+
+pub use linear::Linear;
+pub use lpv::Lpv;
+pub use van_der_pol::VanDerPol;

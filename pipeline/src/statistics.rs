@@ -1,0 +1,159 @@
+//! The few statistics that scores and verdicts need: means in a fixed order, Student's t, a bootstrap.
+
+/// Mean and standard deviation (n − 1) of `values`, summed in order; the deviation is 0 for one value.
+pub fn mean_sd(values: &[f64]) -> Option<(f64, f64)> {
+    if values.is_empty() {
+        return None;
+    }
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    if values.len() == 1 {
+        return Some((mean, 0.0));
+    }
+    let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
+    Some((mean, (squares / (n - 1.0)).sqrt()))
+}
+
+/// Sample skewness m₃ / m₂^{3/2}; 0 where all values are equal.
+pub fn skewness(values: &[f64]) -> f64 {
+    let Some((mean, _)) = mean_sd(values) else { return 0.0 };
+    let n = values.len() as f64;
+    let moment = |p: i32| values.iter().map(|x| (x - mean).powi(p)).sum::<f64>() / n;
+    let m2 = moment(2);
+    // A spread at rounding level has no meaningful skewness.
+    if m2.sqrt() <= 1e-12 * mean.abs() { 0.0 } else { moment(3) / (m2 * m2.sqrt()) }
+}
+
+/// The quantile of Student's t with `dof` ≥ 1 degrees of freedom at probability `p` in (1/2, 1):
+/// the t with I_{dof/(dof + t²)}(dof/2, 1/2) = 2(1 − p), by bisection.
+pub fn student_t(p: f64, dof: usize) -> f64 {
+    let tail = 2.0 * (1.0 - p);
+    let nu = dof as f64;
+    let probability = |t: f64| incomplete_beta(nu / 2.0, 0.5, nu / (nu + t * t));
+    let (mut lo, mut hi) = (0.0, 1.0);
+    while probability(hi) > tail && hi < 1e12 {
+        hi *= 2.0;
+    }
+    for _ in 0..200 {
+        let mid = 0.5 * (lo + hi);
+        if mid <= lo || mid >= hi {
+            break;
+        }
+        if probability(mid) > tail { lo = mid } else { hi = mid }
+    }
+    0.5 * (lo + hi)
+}
+
+/// The regularized incomplete beta function I_x(a, b), by its continued fraction (modified Lentz).
+fn incomplete_beta(a: f64, b: f64, x: f64) -> f64 {
+    if x <= 0.0 || x >= 1.0 {
+        return x.clamp(0.0, 1.0);
+    }
+    if x > (a + 1.0) / (a + b + 2.0) {
+        return 1.0 - incomplete_beta(b, a, 1.0 - x);
+    }
+    let front = libm::exp(
+        libm::lgamma(a + b) - libm::lgamma(a) - libm::lgamma(b)
+            + a * libm::log(x)
+            + b * libm::log1p(-x),
+    ) / a;
+    let keep_off_zero = |v: f64| if v.abs() < 1e-300 { 1e-300 } else { v };
+    let mut c = 1.0;
+    let mut d = 1.0 / keep_off_zero(1.0 - (a + b) * x / (a + 1.0));
+    let mut f = d;
+    for m in 1..500 {
+        let m = f64::from(m);
+        let even = m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m));
+        let odd = -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0));
+        for numerator in [even, odd] {
+            d = 1.0 / keep_off_zero(1.0 + numerator * d);
+            c = keep_off_zero(1.0 + numerator / c);
+            f *= c * d;
+        }
+        if (c * d - 1.0).abs() < 1e-15 {
+            break;
+        }
+    }
+    front * f
+}
+
+/// The offsets [lo, hi] such that a mean of `m` runs lies in (our mean + offsets) with probability 99 %,
+/// for a Gaussian spread: ± t · √(sd²/m + sd²/n), t the two-sided 99 % quantile at n − 1 degrees of freedom.
+pub fn prediction_offsets(values: &[f64], m: usize) -> (f64, f64) {
+    let Some((_, sd)) = mean_sd(values) else { return (0.0, 0.0) };
+    let (n, m) = (values.len(), m.max(1));
+    if n < 2 {
+        return (0.0, 0.0);
+    }
+    if skewness(values).abs() > 1.0 {
+        return bootstrap_offsets(values, m);
+    }
+    let half = student_t(0.995, n - 1) * (sd * sd / m as f64 + sd * sd / n as f64).sqrt();
+    (-half, half)
+}
+
+/// The same by resampling: the 0.5 % and 99.5 % quantiles of (mean of m) − (mean of n), 2000 times.
+fn bootstrap_offsets(values: &[f64], m: usize) -> (f64, f64) {
+    const RESAMPLES: usize = 2000;
+    let mut state = 0x7a6f_6e6f_6265_6e63_u64;
+    let mut mean_of = |count: usize| {
+        let sum: f64 = (0..count).map(|_| values[index(&mut state, values.len())]).sum();
+        sum / count as f64
+    };
+    let mut differences: Vec<f64> =
+        (0..RESAMPLES).map(|_| mean_of(m) - mean_of(values.len())).collect();
+    differences.sort_by(f64::total_cmp);
+    (differences[RESAMPLES / 200 - 1], differences[RESAMPLES - RESAMPLES / 200])
+}
+
+/// A number below `n` from SplitMix64; the bias of the multiplication is below 2⁻⁴⁰ here.
+fn index(state: &mut u64, n: usize) -> usize {
+    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut z = *state;
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^= z >> 31;
+    ((u128::from(z) * n as u128) >> 64) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_t_quantile_agrees_with_printed_tables() {
+        for (p, dof, t) in [
+            (0.975, 1, 12.706_204_736),
+            (0.995, 1, 63.656_741_162),
+            (0.975, 10, 2.228_138_852),
+            (0.995, 29, 2.756_385_904),
+            (0.995, 199, 2.600_760_216),
+            (0.99, 5, 3.364_929_999),
+        ] {
+            assert!((student_t(p, dof) - t).abs() < 1e-8 * t, "{p} {dof}: {}", student_t(p, dof));
+        }
+    }
+
+    #[test]
+    fn mean_and_deviation_of_three_numbers() {
+        assert_eq!(mean_sd(&[1.0, 2.0, 3.0]), Some((2.0, 1.0)));
+        assert_eq!(mean_sd(&[4.0]), Some((4.0, 0.0)));
+        assert_eq!(mean_sd(&[]), None);
+    }
+
+    #[test]
+    fn the_bootstrap_is_near_the_formula_for_a_symmetric_spread() {
+        let values: Vec<f64> = (0..400).map(|i| f64::from(i) / 399.0 - 0.5).collect();
+        let (lo, hi) = bootstrap_offsets(&values, 50);
+        let (a, b) = prediction_offsets(&values, 50);
+        assert!((lo / a - 1.0).abs() < 0.15 && (hi / b - 1.0).abs() < 0.15, "{lo} {hi} {a} {b}");
+    }
+
+    #[test]
+    fn one_skewed_sample_uses_the_bootstrap() {
+        let mut values = vec![0.0; 99];
+        values.push(100.0);
+        let (lo, hi) = prediction_offsets(&values, 10);
+        assert!(lo > -5.0 && hi > 5.0, "{lo} {hi}");
+    }
+}

@@ -1,0 +1,640 @@
+//! Intervals with outward rounding.
+//!
+//! Every result contains all exact results of the operation for numbers taken from its arguments.
+//! A bound is computed by rounding to nearest and then moved one step outward, which needs no rounding
+//! mode and gives the same bits everywhere. What is provably exact is not moved: a sum with a term
+//! that is zero, a sum below 2⁻¹⁰²¹ in magnitude (gradual underflow makes it exact), a product with a
+//! factor that is zero, a product with an f64 that is a power of two while it stays normal. A product
+//! that merely *underflows* to zero is moved: 1e-200 · 1e-200 is [0, 5e-324].
+//!
+//! # Outside the domain
+//!
+//! An operation never panics and never makes a NaN. Where it is not defined on the whole argument it
+//! gives the whole line [`Interval::ENTIRE`], which says nothing and is therefore never wrong:
+//! division by an interval containing 0, the root of an interval with a negative part, tan across a
+//! pole, a number that is NaN or infinite. (Cutting the argument down to the domain would enclose the
+//! function on a smaller set than the one asked for.) Unbounded intervals are sets of real numbers,
+//! so 0 · [−∞, ∞] = 0. A caller asks [`Interval::is_finite`] and turns the answer into
+//! [`SetError::Domain`]; a bound beyond the largest f64 is infinite in the same way.
+//!
+//! # Elementary functions
+//!
+//! sin, cos, tan and arctan are `libm`'s, widened by two steps on both sides. libm states an error below
+//! one unit in the last place for them; that is a claim which this crate's tests sample against
+//! series in exact arithmetic, not a theorem. Everything else here is a theorem of IEEE 754.
+
+use super::Real;
+use crate::SetError;
+use std::f64::consts::FRAC_PI_2;
+use std::fmt;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A closed interval [lo, hi] of real numbers, lo ≤ hi; a bound may be infinite, none is NaN or −0.
+#[derive(Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(try_from = "(f64, f64)", into = "(f64, f64)")]
+pub struct Interval {
+    lo: f64,
+    hi: f64,
+}
+
+/// π/2 lies between this f64 and the next one.
+const HALF_PI: Interval = Interval {
+    lo: FRAC_PI_2,
+    hi: FRAC_PI_2.next_up(),
+};
+
+/// Beyond this magnitude sin and cos are [−1, 1] and tan is the whole line: 2²⁰.
+const LARGEST_ANGLE: f64 = 1_048_576.0;
+
+/// A sum below 2⁻¹⁰²¹ is a multiple of 2⁻¹⁰⁷⁴ that fits the significand: it is exact.
+const EXACT_SUM: f64 = 2.0 * f64::MIN_POSITIVE;
+
+impl Interval {
+    /// [0, 0].
+    pub const ZERO: Self = Self { lo: 0.0, hi: 0.0 };
+    /// [1, 1].
+    pub const ONE: Self = Self { lo: 1.0, hi: 1.0 };
+    /// [−1, 1].
+    pub const UNIT: Self = Self { lo: -1.0, hi: 1.0 };
+    /// (−∞, ∞).
+    pub const ENTIRE: Self = Self {
+        lo: f64::NEG_INFINITY,
+        hi: f64::INFINITY,
+    };
+
+    /// [lo, hi].
+    ///
+    /// Fails with `NotFinite` if a bound is NaN or infinite, with `Reversed` if lo > hi.
+    pub fn new(lo: f64, hi: f64) -> Result<Self, SetError> {
+        for value in [lo, hi] {
+            if !value.is_finite() {
+                return Err(SetError::NotFinite {
+                    op: "interval",
+                    value,
+                });
+            }
+        }
+        if lo > hi {
+            return Err(SetError::Reversed {
+                op: "interval",
+                index: 0,
+                lower: lo,
+                upper: hi,
+            });
+        }
+        Ok(Self::trusted(lo, hi))
+    }
+
+    /// [x, x]; the whole line if `x` is NaN or infinite.
+    #[inline]
+    pub fn point(x: f64) -> Self {
+        if x.is_finite() {
+            Self::trusted(x, x)
+        } else {
+            Self::ENTIRE
+        }
+    }
+
+    /// An interval containing { x : |x − center| ≤ radius }; the whole line unless both are finite
+    /// and radius ≥ 0.
+    #[inline]
+    pub fn from_center_radius(center: f64, radius: f64) -> Self {
+        if center.is_finite() && radius.is_finite() && radius >= 0.0 {
+            Self {
+                lo: sum_down(center, -radius),
+                hi: sum_up(center, radius),
+            }
+        } else {
+            Self::ENTIRE
+        }
+    }
+
+    /// [lo, hi] for bounds known to be ordered and not NaN; −0 becomes 0.
+    #[inline]
+    pub(crate) fn trusted(lo: f64, hi: f64) -> Self {
+        debug_assert!(lo <= hi, "bounds are ordered: [{lo}, {hi}]");
+        Self {
+            lo: lo + 0.0,
+            hi: hi + 0.0,
+        }
+    }
+
+    /// The lower bound.
+    #[inline]
+    pub fn lo(self) -> f64 {
+        self.lo
+    }
+
+    /// The upper bound.
+    #[inline]
+    pub fn hi(self) -> f64 {
+        self.hi
+    }
+
+    /// A number of the interval near its middle; 0 for the whole line, ±f64::MAX for a half line.
+    #[inline]
+    pub fn mid(self) -> f64 {
+        let sum = self.lo + self.hi;
+        if sum.is_finite() {
+            // Rounding is monotone and 2·lo ≤ lo + hi ≤ 2·hi, so half the rounded sum stays inside.
+            0.5 * sum
+        } else if self.is_finite() {
+            0.5 * self.lo + 0.5 * self.hi
+        } else if self.lo.is_finite() {
+            f64::MAX
+        } else if self.hi.is_finite() {
+            f64::MIN
+        } else {
+            0.0
+        }
+    }
+
+    /// An upper bound on max { |x − mid| : x in the interval }, so that [mid − rad, mid + rad]
+    /// contains it.
+    #[inline]
+    pub fn rad(self) -> f64 {
+        let mid = self.mid();
+        sum_up(self.hi, -mid).max(sum_up(mid, -self.lo))
+    }
+
+    /// An upper bound on hi − lo.
+    #[inline]
+    pub fn width(self) -> f64 {
+        sum_up(self.hi, -self.lo)
+    }
+
+    /// max |x|, exact.
+    #[inline]
+    pub fn mag(self) -> f64 {
+        self.hi.max(-self.lo)
+    }
+
+    /// min |x|, exact.
+    #[inline]
+    pub fn mig(self) -> f64 {
+        self.lo.max(-self.hi).max(0.0)
+    }
+
+    /// { |x| }, exact.
+    #[inline]
+    pub fn abs(self) -> Self {
+        Self {
+            lo: self.mig(),
+            hi: self.mag(),
+        }
+    }
+
+    /// True if `x` lies in the interval.
+    #[inline]
+    pub fn contains(self, x: f64) -> bool {
+        self.lo <= x && x <= self.hi
+    }
+
+    /// True if `inner` ⊆ this interval.
+    #[inline]
+    pub fn contains_interval(self, inner: Self) -> bool {
+        self.lo <= inner.lo && inner.hi <= self.hi
+    }
+
+    /// True if this interval ⊆ `outer`.
+    #[inline]
+    pub fn is_subset(self, outer: Self) -> bool {
+        outer.contains_interval(self)
+    }
+
+    /// True if both bounds are finite.
+    #[inline]
+    pub fn is_finite(self) -> bool {
+        self.lo.is_finite() && self.hi.is_finite()
+    }
+
+    /// True for the whole line.
+    #[inline]
+    pub fn is_entire(self) -> bool {
+        self == Self::ENTIRE
+    }
+
+    /// True if lo = hi.
+    #[inline]
+    pub fn is_point(self) -> bool {
+        self.lo == self.hi
+    }
+
+    /// The interval itself if it is finite, else the error `Domain` of the operation `op`.
+    #[inline]
+    pub fn finite(self, op: &'static str) -> Result<Self, SetError> {
+        if self.is_finite() {
+            Ok(self)
+        } else {
+            Err(SetError::Domain {
+                op,
+                lower: self.lo,
+                upper: self.hi,
+            })
+        }
+    }
+
+    /// The intersection, exact; `None` if it is empty.
+    #[inline]
+    pub fn intersect(&self, other: &Self) -> Option<Self> {
+        let (lo, hi) = (self.lo.max(other.lo), self.hi.min(other.hi));
+        (lo <= hi).then_some(Self { lo, hi })
+    }
+
+    /// The smallest interval containing both, exact.
+    #[inline]
+    pub fn hull(&self, other: &Self) -> Self {
+        Self {
+            lo: self.lo.min(other.lo),
+            hi: self.hi.max(other.hi),
+        }
+    }
+}
+
+/// A lower bound on the exact a + b. Neither a = ∞ nor b = ∞.
+#[inline]
+fn sum_down(a: f64, b: f64) -> f64 {
+    let s = a + b;
+    if a == 0.0 || b == 0.0 || s.abs() < EXACT_SUM {
+        s
+    } else {
+        s.next_down()
+    }
+}
+
+/// An upper bound on the exact a + b. Neither a = −∞ nor b = −∞.
+#[inline]
+fn sum_up(a: f64, b: f64) -> f64 {
+    let s = a + b;
+    if a == 0.0 || b == 0.0 || s.abs() < EXACT_SUM {
+        s
+    } else {
+        s.next_up()
+    }
+}
+
+/// The step below `q`, the rounded value of an exact number that is negative only if `negative`:
+/// where `q` is zero, this sign alone decides.
+#[inline]
+fn below(q: f64, negative: bool) -> f64 {
+    if q != 0.0 {
+        q.next_down()
+    } else if negative {
+        -f64::from_bits(1)
+    } else {
+        0.0
+    }
+}
+
+/// The step above `q`, the rounded value of an exact number that is positive only if `positive`.
+#[inline]
+fn above(q: f64, positive: bool) -> f64 {
+    if q != 0.0 {
+        q.next_up()
+    } else if positive {
+        f64::from_bits(1)
+    } else {
+        0.0
+    }
+}
+
+/// x·y for bounds of sets of real numbers: 0·∞ = 0.
+#[inline]
+fn product(x: f64, y: f64) -> f64 {
+    if x == 0.0 || y == 0.0 { 0.0 } else { x * y }
+}
+
+/// −1, 0 or 1.
+#[inline]
+fn sign(x: f64) -> i8 {
+    i8::from(x > 0.0) - i8::from(x < 0.0)
+}
+
+#[inline]
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+#[inline]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// The product when a bound of it is zero or an argument is unbounded.
+#[cold]
+#[inline(never)]
+fn careful_product(a: Interval, b: Interval) -> Interval {
+    let ends = [(a.lo, b.lo), (a.lo, b.hi), (a.hi, b.lo), (a.hi, b.hi)];
+    let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+    let (mut negative, mut positive) = (false, false);
+    for (x, y) in ends {
+        let p = product(x, y);
+        lo = smaller(p, lo);
+        hi = larger(p, hi);
+        negative |= sign(x) * sign(y) < 0;
+        positive |= sign(x) * sign(y) > 0;
+    }
+    Interval {
+        lo: below(lo, negative),
+        hi: above(hi, positive),
+    }
+}
+
+impl Add for Interval {
+    type Output = Self;
+    #[inline]
+    fn add(self, b: Self) -> Self {
+        Self {
+            lo: sum_down(self.lo, b.lo),
+            hi: sum_up(self.hi, b.hi),
+        }
+    }
+}
+
+impl Sub for Interval {
+    type Output = Self;
+    #[inline]
+    fn sub(self, b: Self) -> Self {
+        Self {
+            lo: sum_down(self.lo, -b.hi),
+            hi: sum_up(self.hi, -b.lo),
+        }
+    }
+}
+
+impl Neg for Interval {
+    type Output = Self;
+    #[inline]
+    fn neg(self) -> Self {
+        // 0 − x, because −x would make −0 of 0.
+        Self {
+            lo: 0.0 - self.hi,
+            hi: 0.0 - self.lo,
+        }
+    }
+}
+
+impl Mul for Interval {
+    type Output = Self;
+    #[inline]
+    fn mul(self, b: Self) -> Self {
+        let (p, q, r, s) = (
+            self.lo * b.lo,
+            self.lo * b.hi,
+            self.hi * b.lo,
+            self.hi * b.hi,
+        );
+        let lo = smaller(smaller(p, q), smaller(r, s));
+        let hi = larger(larger(p, q), larger(r, s));
+        let widths = (self.hi - self.lo) + (b.hi - b.lo);
+        if lo != 0.0 && hi != 0.0 && widths < f64::INFINITY {
+            Self {
+                lo: lo.next_down(),
+                hi: hi.next_up(),
+            }
+        } else {
+            careful_product(self, b)
+        }
+    }
+}
+
+impl Div for Interval {
+    type Output = Self;
+    /// The quotient; the whole line if `b` contains 0.
+    #[inline]
+    fn div(self, b: Self) -> Self {
+        let (a, b) = if b.lo > 0.0 {
+            (self, b)
+        } else if b.hi < 0.0 {
+            (-self, -b)
+        } else {
+            return Self::ENTIRE;
+        };
+        // b > 0. A finite positive b.lo meets every infinite bound of a; dividing by an infinite
+        // b.hi gives a zero whose sign is known.
+        let lo = a.lo / if a.lo >= 0.0 { b.hi } else { b.lo };
+        let hi = a.hi / if a.hi >= 0.0 { b.lo } else { b.hi };
+        Self {
+            lo: below(lo, a.lo < 0.0),
+            hi: above(hi, a.hi > 0.0),
+        }
+    }
+}
+
+impl Add<f64> for Interval {
+    type Output = Self;
+    #[inline]
+    fn add(self, b: f64) -> Self {
+        self + Self::point(b)
+    }
+}
+
+impl Sub<f64> for Interval {
+    type Output = Self;
+    #[inline]
+    fn sub(self, b: f64) -> Self {
+        self - Self::point(b)
+    }
+}
+
+impl Mul<f64> for Interval {
+    type Output = Self;
+    #[inline]
+    fn mul(self, b: f64) -> Self {
+        if is_power_of_two(b) {
+            let (p, q) = (self.lo * b, self.hi * b);
+            if stays_exact(self.lo, p) && stays_exact(self.hi, q) {
+                return if b > 0.0 {
+                    Self::trusted(p, q)
+                } else {
+                    Self::trusted(q, p)
+                };
+            }
+        }
+        self * Self::point(b)
+    }
+}
+
+impl Div<f64> for Interval {
+    type Output = Self;
+    #[inline]
+    fn div(self, b: f64) -> Self {
+        self / Self::point(b)
+    }
+}
+
+impl Mul<Interval> for f64 {
+    type Output = Interval;
+    #[inline]
+    fn mul(self, b: Interval) -> Interval {
+        b * self
+    }
+}
+
+/// True for ±2ᵏ with a normal value.
+#[inline]
+fn is_power_of_two(x: f64) -> bool {
+    let bits = x.to_bits();
+    let exponent = (bits >> 52) & 0x7ff;
+    bits & ((1 << 52) - 1) == 0 && exponent != 0 && exponent != 0x7ff
+}
+
+/// True if the product `p` of `x` with a power of two is certainly exact.
+#[inline]
+fn stays_exact(x: f64, p: f64) -> bool {
+    x == 0.0 || (f64::MIN_POSITIVE..f64::INFINITY).contains(&p.abs())
+}
+
+/// Two steps below `y`, the value libm gives for a function whose result is at least `least`.
+#[inline]
+fn margin_below(y: f64, least: f64) -> f64 {
+    y.next_down().next_down().max(least)
+}
+
+/// Two steps above `y`, the value libm gives for a function whose result is at most `most`.
+#[inline]
+fn margin_above(y: f64, most: f64) -> f64 {
+    y.next_up().next_up().min(most)
+}
+
+/// The smallest and the largest integer n for which n·π/2 may lie in `x`; `None` if `x` reaches so far
+/// that the quotient x/(π/2) is no longer known well.
+///
+/// The quotient is an interval too, so an n that is certainly outside is left out and one that is
+/// possibly inside is kept: an extremum kept in vain costs nothing, because a bound within 2⁻³⁰ of
+/// an extremum of sin differs from it by less than a rounding.
+#[inline]
+fn quarter_turns(x: Interval) -> Option<(i64, i64)> {
+    if !(x.lo >= -LARGEST_ANGLE && x.hi <= LARGEST_ANGLE) {
+        return None;
+    }
+    let quotient = x / HALF_PI;
+    Some((quotient.lo.ceil() as i64, quotient.hi.floor() as i64))
+}
+
+/// True if some n in [first, last] leaves the remainder `remainder` when divided by `period`.
+#[inline]
+fn reaches(first: i64, last: i64, remainder: i64, period: i64) -> bool {
+    first + (remainder - first).rem_euclid(period) <= last
+}
+
+/// sin or cos (`f`) over `x`: the largest value 1 is taken at n·π/2 with n ≡ `top` modulo 4, the
+/// least −1 two quarter turns later; between them `f` is monotone.
+#[inline]
+fn wave(x: Interval, f: fn(f64) -> f64, top: i64) -> Interval {
+    let Some((first, last)) = quarter_turns(x) else {
+        return Interval::UNIT;
+    };
+    let (a, b) = (f(x.lo), f(x.hi));
+    let lo = if reaches(first, last, top + 2, 4) {
+        -1.0
+    } else {
+        margin_below(a.min(b), -1.0)
+    };
+    let hi = if reaches(first, last, top, 4) {
+        1.0
+    } else {
+        margin_above(a.max(b), 1.0)
+    };
+    Interval::trusted(lo, hi)
+}
+
+impl Real for Interval {
+    #[inline]
+    fn constant(x: f64) -> Self {
+        Self::point(x)
+    }
+
+    #[inline]
+    fn sqr(self) -> Self {
+        let (least, most) = (self.mig(), self.mag());
+        Self {
+            lo: below(least * least, false),
+            hi: above(most * most, most > 0.0),
+        }
+    }
+
+    #[inline]
+    fn recip(self) -> Self {
+        Self::ONE / self
+    }
+
+    #[inline]
+    fn sqrt(self) -> Self {
+        if self.lo < 0.0 {
+            return Self::ENTIRE;
+        }
+        Self {
+            lo: below(self.lo.sqrt(), false),
+            hi: above(self.hi.sqrt(), false),
+        }
+    }
+
+    fn sin(self) -> Self {
+        if self == Self::ZERO {
+            self
+        } else {
+            wave(self, libm::sin, 1)
+        }
+    }
+
+    fn cos(self) -> Self {
+        if self == Self::ZERO {
+            Self::ONE
+        } else {
+            wave(self, libm::cos, 0)
+        }
+    }
+
+    fn tan(self) -> Self {
+        match quarter_turns(self) {
+            Some((first, last)) if !reaches(first, last, 1, 2) => {
+                let lo = if self.lo == 0.0 {
+                    0.0
+                } else {
+                    margin_below(libm::tan(self.lo), f64::MIN)
+                };
+                let hi = if self.hi == 0.0 {
+                    0.0
+                } else {
+                    margin_above(libm::tan(self.hi), f64::MAX)
+                };
+                Self { lo, hi }
+            }
+            _ => Self::ENTIRE,
+        }
+    }
+
+    fn atan(self) -> Self {
+        let lo = if self.lo == 0.0 {
+            0.0
+        } else {
+            margin_below(libm::atan(self.lo), -HALF_PI.hi)
+        };
+        let hi = if self.hi == 0.0 {
+            0.0
+        } else {
+            margin_above(libm::atan(self.hi), HALF_PI.hi)
+        };
+        Self { lo, hi }
+    }
+}
+
+impl TryFrom<(f64, f64)> for Interval {
+    type Error = SetError;
+    fn try_from((lo, hi): (f64, f64)) -> Result<Self, SetError> {
+        Self::new(lo, hi)
+    }
+}
+
+impl From<Interval> for (f64, f64) {
+    fn from(x: Interval) -> Self {
+        (x.lo, x.hi)
+    }
+}
+
+impl fmt::Debug for Interval {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "[{:?}, {:?}]", self.lo, self.hi)
+    }
+}
