@@ -199,8 +199,9 @@ const METRICS: &str = "zonobench.StepMetrics";
 const ZONOTOPE: &str = "zonobench.Zonotope";
 const RUN_INFO: &str = "zonobench.RunInfo";
 
-/// What the viewer's JSON panels know of `/run/info`.
-const RUN_INFO_SCHEMA: &str = r#"{"title":"zonobench.RunInfo","type":"object"}"#;
+/// What the viewers know of `/run/info`. They walk the properties of every object, so each has some,
+/// be it none.
+const RUN_INFO_SCHEMA: &str = r#"{"title":"zonobench.RunInfo","type":"object","properties":{"components":{"type":"array","items":{"type":"object","properties":{"name":{"type":"string"},"unit":{"type":"string"}}}},"dt_s":{"type":"number"},"estimator":{"type":"string"},"experiment":{"type":"string"},"guaranteed":{"type":"boolean"},"kind":{"type":"string"},"metadata":{"type":"object","properties":{}},"paper":{"type":"string"},"steps":{"type":"integer"}}}"#;
 
 /// Orange, sky blue, green, vermilion: told apart by people who see few colours, on light and dark.
 const TRUTH_COLOR: Color = color(0.902, 0.624, 0.0, 1.0);

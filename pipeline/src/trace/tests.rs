@@ -472,6 +472,17 @@ fn messages_and_schemas_agree() {
 }
 
 #[test]
+fn run_info_has_the_properties_its_schema_names() {
+    let schema: serde_json::Value = serde_json::from_str(RUN_INFO_SCHEMA).unwrap();
+    let info: serde_json::Value = serde_json::from_str(&trace(3).info()).unwrap();
+    let names = |object: &serde_json::Value| -> BTreeSet<String> {
+        object.as_object().unwrap().keys().cloned().collect()
+    };
+    assert_eq!(names(&info), names(&schema["properties"]));
+    assert_eq!(info["components"][1]["name"], "x2");
+}
+
+#[test]
 fn a_schema_reads_back_as_it_was_written() {
     for name in [SCENE, POSE, LOG, METRICS, ZONOTOPE] {
         let bytes = schema(name).unwrap();
