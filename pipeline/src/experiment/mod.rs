@@ -109,16 +109,6 @@ pub struct Tracking {
 }
 
 impl Experiment {
-    /// `paper/id`.
-    pub fn name(&self) -> String {
-        format!("{}/{}", self.paper, self.id)
-    }
-
-    /// What estimator `index` is told.
-    pub fn problem_of(&self, index: usize) -> Problem {
-        self.estimators[index].problem(&self.problem)
-    }
-
     /// The experiments of a file: one, or as many as its sweep and cases give.
     ///
     /// Fails, with the line to blame, on everything that is wrong with the file.
