@@ -292,3 +292,144 @@ fn number(batch: &RecordBatch, column: usize, i: usize, name: &str) -> Result<Op
         Err(format!("column {name}: expected a finite number or null, got {value}"))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use arrow_array::{ArrayRef, Float64Array, Int64Array, StringArray};
+    use parquet::arrow::ArrowWriter;
+    use std::sync::Arc;
+
+    fn csv(text: &str) -> Result<Recording, BadInput> {
+        parse_csv("y.csv", text.as_bytes(), &["d1", "phi1"], "y")
+    }
+
+    fn complaint(text: &str) -> String {
+        csv(text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn gaps_and_empty_cells_are_steps_without_a_measurement() {
+        let expected = [
+            vec![Some(1.0), Some(2.0)],
+            vec![None, Some(-3.5)],
+            vec![None, None],
+            vec![Some(4e-3), None],
+        ];
+        let text = "k,d1,phi1\n0,1,2\n1,,-3.5\n3,4e-3,\n";
+        assert_eq!(csv(text).unwrap().rows, expected);
+        assert_eq!(csv("k, y1, y2\n0, 1, 2\n1, , -3.5\n3, 4e-3,\n").unwrap().rows, expected);
+        assert_eq!(csv("\u{feff}phi1,k,d1\r\n2,0,1\r\n-3.5,1,\r\n,3,0.004\r\n").unwrap().rows, expected);
+        assert_eq!(csv("# a comment\nk,d1,phi1\n\n0,1,2\n1,,-3.5\n3,4e-3,\n").unwrap().rows, expected);
+        assert_eq!(csv(text).unwrap().last(), 3);
+        assert_eq!(csv("k,d1,phi1\n2,1,1\n").unwrap().rows.len(), 3);
+    }
+
+    #[test]
+    fn complete_data_are_asked_for_by_name_and_step() {
+        let recording = csv("k,d1,phi1\n0,1,2\n1,,3\n").unwrap();
+        assert_eq!(recording.complete(1).unwrap(), [[1.0, 2.0]]);
+        assert_eq!(recording.complete(2).unwrap_err(), "expected a value of d1 at k = 1, got none");
+        assert_eq!(recording.complete(5).unwrap_err(), "expected values for k = 0 to 4, got k up to 1");
+    }
+
+    #[test]
+    fn wrong_columns_are_refused() {
+        let expected = "expected the columns k, d1, phi1 (or y1, y2 for the components)";
+        assert_eq!(complaint("k,d1\n0,1\n"), format!("y.csv:1: {expected}, got no phi1"));
+        assert_eq!(complaint("d1,phi1\n0,1\n"), format!("y.csv:1: {expected}, got no k"));
+        assert_eq!(complaint("k,d1,phi1,w\n0,1,2,3\n"), format!("y.csv:1: column 4: {expected}, got \"w\""));
+        assert_eq!(
+            complaint("k,d1,phi\n0,1,2\n"),
+            format!("y.csv:1: column 3: {expected}, got \"phi\"; did you mean \"phi1\"?")
+        );
+        assert_eq!(complaint("k,d1,y1,phi1\n0,1,2,3\n"), "y.csv:1: column 3: expected every column once, got \"y1\" again");
+        assert_eq!(complaint("k,k,d1,phi1\n0,0,1,2\n"), "y.csv:1: column 2: expected every column once, got \"k\" again");
+    }
+
+    #[test]
+    fn wrong_cells_are_refused_with_their_line_and_column() {
+        assert_eq!(complaint("k,d1,phi1\n0,1,2\n1,x,2\n"), "y.csv:3: column d1: expected a number or an empty cell, got \"x\"");
+        assert_eq!(
+            complaint("k,d1,phi1\n0,1,NaN\n"),
+            "y.csv:2: column phi1: expected a finite number or an empty cell, got \"NaN\""
+        );
+        assert_eq!(
+            complaint("k,d1,phi1\n0,inf,1\n"),
+            "y.csv:2: column d1: expected a finite number or an empty cell, got \"inf\""
+        );
+        assert_eq!(complaint("k,d1,phi1\n0.5,1,1\n"), "y.csv:2: column k: expected an integer, got \"0.5\"");
+        assert_eq!(complaint("k,d1,phi1\n,1,1\n"), "y.csv:2: column k: expected an integer, got \"\"");
+        assert_eq!(complaint("k,d1,phi1\n-1,1,1\n"), "y.csv:2: column k: expected a step from 0 to 9999999, got -1");
+        assert_eq!(complaint("k,d1,phi1\n99999999,1,1\n"), "y.csv:2: column k: expected a step from 0 to 9999999, got 99999999");
+        assert_eq!(complaint("k,d1,phi1\n0,1\n"), "y.csv:2: expected 3 cells, as in the header, got 2");
+        assert_eq!(complaint("k,d1,phi1\n0,1,2,3\n"), "y.csv:2: expected 3 cells, as in the header, got 4");
+    }
+
+    #[test]
+    fn steps_that_do_not_ascend_are_refused() {
+        assert_eq!(complaint("k,d1,phi1\n0,1,2\n2,1,2\n1,1,2\n"), "y.csv:4: column k: expected ascending steps, got 1 after 2");
+        assert_eq!(complaint("k,d1,phi1\n0,1,2\n0,1,2\n"), "y.csv:3: column k: expected ascending steps, got 0 again");
+    }
+
+    #[test]
+    fn files_without_data_are_refused() {
+        assert_eq!(complaint(""), "y.csv: expected a header and at least one row, got an empty file");
+        assert_eq!(complaint(" \n\n"), "y.csv: expected a header and at least one row, got an empty file");
+        assert_eq!(complaint("k,d1,phi1\n"), "y.csv: expected at least one row below the header, got none");
+        let bytes = parse_csv("y.csv", b"k,d1,phi1\n0,\xff,2\n", &["d1", "phi1"], "y").unwrap_err();
+        assert_eq!(bytes.to_string(), "y.csv:2: expected UTF-8 text, got other bytes");
+        let missing = measurements(Path::new("/nonexistent/y.csv"), &["y1"]).unwrap_err();
+        assert!(missing.to_string().starts_with("/nonexistent/y.csv: expected a CSV file, got: No such file"));
+        assert_eq!(missing.exit_code(), 2);
+    }
+
+    fn parquet(columns: Vec<(&str, ArrayRef)>) -> Result<Recording, String> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("y.parquet");
+        let batch = RecordBatch::try_from_iter_with_nullable(columns.into_iter().map(|(name, array)| (name, array, true))).unwrap();
+        let mut writer = ArrowWriter::try_new(File::create(&path).unwrap(), batch.schema(), None).unwrap();
+        writer.write(&batch).unwrap();
+        writer.close().unwrap();
+        let prefix = format!("{}: ", path.display());
+        read(&path, &["y1"], "y").map_err(|fault| fault.to_string().replace(&prefix, ""))
+    }
+
+    fn k(values: &[i64]) -> ArrayRef {
+        Arc::new(Int64Array::from(values.to_vec()))
+    }
+
+    fn y(values: &[Option<f64>]) -> ArrayRef {
+        Arc::new(Float64Array::from(values.to_vec()))
+    }
+
+    #[test]
+    fn parquet_is_read_like_csv() {
+        let recording = parquet(vec![("y1", y(&[Some(1.5), None, Some(2.5)])), ("k", k(&[0, 1, 3]))]).unwrap();
+        assert_eq!(recording.rows, [vec![Some(1.5)], vec![None], vec![None], vec![Some(2.5)]]);
+        let refused = |columns| parquet(columns).unwrap_err();
+        assert_eq!(refused(vec![("k", k(&[0]))]), "expected the columns k, y1, got no y1");
+        assert_eq!(
+            refused(vec![("k", k(&[0, 1])), ("y1", y(&[Some(1.0), Some(f64::NAN)]))]),
+            "row 2: column y1: expected a finite number or null, got NaN"
+        );
+        assert_eq!(
+            refused(vec![("k", k(&[1, 0])), ("y1", y(&[None, None]))]),
+            "row 2: column k: expected ascending steps, got 0 again"
+        );
+        let text: ArrayRef = Arc::new(StringArray::from(vec!["a"]));
+        assert_eq!(refused(vec![("k", k(&[0])), ("y1", text.clone())]), "row 1: column y1: expected numbers, got Utf8");
+        assert_eq!(refused(vec![("k", text), ("y1", y(&[None]))]), "row 1: column k: expected integers, got Utf8");
+        assert_eq!(refused(vec![("k", k(&[])), ("y1", y(&[]))]), "expected at least one row below the header, got none");
+    }
+
+    #[test]
+    fn a_file_that_is_not_parquet_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("y.parquet");
+        std::fs::write(&path, "k,y1\n0,1\n").unwrap();
+        assert!(read(&path, &["y1"], "y").unwrap_err().to_string().contains("expected a Parquet file, got: "));
+        std::fs::write(&path, "").unwrap();
+        assert!(read(&path, &["y1"], "y").unwrap_err().to_string().ends_with("expected a Parquet file, got an empty file"));
+    }
+}

@@ -29,6 +29,12 @@ pub use metric::{METRICS, MetricInfo, MetricSpec};
 /// The version of the files that this program reads.
 pub const SCHEMA: i64 = 1;
 
+fn with_text(mut experiments: Vec<Experiment>, source: &Source) -> Vec<Experiment> {
+    let text: std::sync::Arc<str> = source.text.as_str().into();
+    experiments.iter_mut().for_each(|e| e.text = text.clone());
+    experiments
+}
+
 /// The most runs and the last step that a file may ask for.
 const MOST: i64 = 1_000_000;
 
@@ -64,6 +70,9 @@ pub struct Experiment {
     pub metrics: Vec<MetricSpec>,
     /// What goes to the lake besides.
     pub output: Output,
+    /// The text of its file; not part of the canonical form, which does not change with white space.
+    #[serde(skip)]
+    pub text: std::sync::Arc<str>,
 }
 
 /// An estimator of an experiment.
@@ -100,18 +109,29 @@ pub struct Tracking {
 }
 
 impl Experiment {
+    /// `paper/id`.
+    pub fn name(&self) -> String {
+        format!("{}/{}", self.paper, self.id)
+    }
+
+    /// What estimator `index` is told.
+    pub fn problem_of(&self, index: usize) -> Problem {
+        self.estimators[index].problem(&self.problem)
+    }
+
     /// The experiments of a file: one, or as many as its sweep and cases give.
     ///
     /// Fails, with the line to blame, on everything that is wrong with the file.
     pub fn load(path: &Path) -> Result<Vec<Self>, Error> {
         let source = source(path)?;
-        Ok(read_all(&source, path.parent(), experiment)?)
+        Ok(with_text(read_all(&source, path.parent(), experiment)?, &source))
     }
 
     /// The experiments of a text that stands in no folder, and so cannot refer to other files; `file`
     /// is what errors call it.
     pub fn parse(file: &str, text: &str) -> Result<Vec<Self>, BadInput> {
-        read_all(&Source { file: file.into(), text: text.into() }, None, experiment)
+        let source = Source { file: file.into(), text: text.into() };
+        Ok(with_text(read_all(&source, None, experiment)?, &source))
     }
 
     /// `paper/id`, for messages.
@@ -302,6 +322,7 @@ fn experiment(root: &Table, suffix: &str, folder: Option<&Path>) -> Result<Exper
         estimators,
         metrics,
         output,
+        text: "".into(),
     })
 }
 

@@ -139,6 +139,7 @@ impl Node {
         let mut here = self;
         for (i, step) in path.iter().enumerate() {
             let walked = path[..i].join(".");
+            let found = here.describe();
             here = match &mut here.value {
                 Value::Table(entries) => {
                     let at = match entries.iter().position(|entry| entry.key == *step) {
@@ -169,7 +170,7 @@ impl Node {
                     }
                 }
                 _ => {
-                    let message = format!("{full}: expected {walked} to be a table, got {}", here.describe());
+                    let message = format!("{full}: expected {walked} to be a table, got {found}");
                     return Err(source.fault(place, message));
                 }
             };
