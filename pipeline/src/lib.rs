@@ -4,10 +4,15 @@
 //! ([`store`]), published as Parquet tables and MCAP traces ([`lake`]), and compared with what the
 //! papers print ([`stage`]).
 
+pub mod bad_input;
 pub mod error;
+pub mod experiment;
 pub mod lake;
+pub mod recorded;
 pub mod rows;
 pub mod store;
+pub mod svg;
 pub mod table;
+pub mod trace;
 
 pub use error::Error;
