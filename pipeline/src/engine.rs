@@ -8,6 +8,7 @@ use crate::lake::{self, Publication, paper_table_path, table_path, trace_path};
 use crate::papers::Paper;
 use crate::progress::Progress;
 use crate::rows;
+use crate::stage::estimate::Job;
 use crate::stage::{Experiment, Recordings, compare, estimate, reduce, score, simulate, trace};
 use crate::store::{Artifact, Status, Store, Target};
 use crate::table;
@@ -68,7 +69,7 @@ pub fn run(store: &Store, experiment: &Arc<Experiment>, progress: &Progress) -> 
             let input = estimate::input(experiment, i, &simulation.content);
             let what = format!("estimate {}", experiment.estimators[i].id);
             let result = store.run(&target(experiment, "estimate", Some(i)), estimate::CODE, &input, |dir| {
-                estimate::make(experiment, i, recordings()?, dir, &|n| progress.advance(&name, &what, n))
+                estimate::make(&Job::of(experiment, i), recordings()?, dir, &|n| progress.advance(&name, &what, n))
             })?;
             if !result.1 {
                 progress.advance(&name, &what, experiment.runs as u64);
@@ -132,7 +133,12 @@ fn metrics_of<'a>(finished: &'a [Finished], paper: &str) -> Result<BTreeMap<&'a 
 }
 
 /// Runs (or finds) the comparison of a paper's printed numbers with the results.
-pub fn compare(store: &Store, paper: &Paper, finished: &[Finished]) -> Result<Artifact, Error> {
+pub fn compare(
+    store: &Store,
+    paper: &Paper,
+    finished: &[Finished],
+    scale: compare::Scale,
+) -> Result<Artifact, Error> {
     let contents: BTreeMap<&str, &str> = finished
         .iter()
         .filter(|f| f.experiment.paper == paper.name)
@@ -140,10 +146,10 @@ pub fn compare(store: &Store, paper: &Paper, finished: &[Finished]) -> Result<Ar
         .collect();
     let target =
         Target { paper: paper.name.clone(), experiment: "-".to_owned(), stage: "compare", estimator: None };
-    let input = compare::input(paper, &contents);
+    let input = compare::input(paper, &contents, scale);
     let metrics = metrics_of(finished, &paper.name)?;
     let (artifact, _) =
-        store.run(&target, compare::CODE, &input, |dir| compare::make(paper, &metrics, dir))?;
+        store.run(&target, compare::CODE, &input, |dir| compare::make(paper, &metrics, scale, dir))?;
     Ok(artifact)
 }
 
@@ -199,9 +205,9 @@ pub fn publications(finished: &Finished) -> Result<Vec<Publication<'static>>, Er
     let e = &finished.experiment;
     let path = |table: &str| table_path(table, &e.paper, &e.id);
     let infos =
-        (0..e.estimators.len()).map(|i| estimate::describe(e, i)).collect::<Result<Vec<_>, _>>()?;
+        (0..e.estimators.len()).map(|i| estimate::describe(&Job::of(e, i))).collect::<Result<Vec<_>, _>>()?;
     let mut files = vec![
-        written(path("variables"), "simulate", estimate::variables(e)),
+        written(path("variables"), "simulate", estimate::variables(&e.problem)),
         copy(path("truth"), "truth", &finished.simulation, "truth.parquet")?,
         copy(path("measurements"), "measurements", &finished.simulation, "measurements.parquet")?,
         copy(path("inputs"), "inputs", &finished.simulation, "inputs.parquet")?,
@@ -253,7 +259,7 @@ pub fn write_timing_comparison(lake: &Path, paper: &Paper, finished: &[Finished]
                 timings
                     .entry((f.experiment.id.clone(), row.estimator.to_string()))
                     .or_insert_with(Vec::new)
-                    .push(row.median_ns);
+                    .push(row.total_ns as f64 / row.steps.max(1) as f64);
             }
         }
     }
@@ -305,5 +311,27 @@ pub fn plan(store: &Store, experiment: &Experiment) -> Vec<Planned> {
     let input = data.zip(contents).map(|(d, c)| reduce::input(experiment, &d, &c));
     let metrics = look("reduce", None, reduce::CODE, input);
     look("score", None, score::CODE, metrics.map(|a| score::input(&a.content)));
+    out
+}
+
+/// The stages of an experiment as a cluster of a Graphviz graph; what would run is drawn bold.
+pub fn dot(experiment: &Experiment, planned: &[Planned]) -> String {
+    let name = experiment.name();
+    let mut out = format!("  subgraph \"cluster_{name}\" {{\n    label = \"{name}\";\n");
+    for p in planned {
+        let label = match &p.target.estimator {
+            Some(estimator) => format!("{}\\n{estimator}", p.target.stage),
+            None => p.target.stage.to_owned(),
+        };
+        let style = if p.status == Status::Cached { "solid" } else { "bold" };
+        out += &format!("    \"{}\" [label = \"{label}\", shape = box, style = {style}];\n", p.target);
+    }
+    for e in &experiment.estimators {
+        out += &format!("    \"{name}/simulate\" -> \"{name}/estimate/{}\" -> \"{name}/reduce\";\n", e.id);
+        if experiment.output.traces {
+            out += &format!("    \"{name}/estimate/{0}\" -> \"{name}/trace/{0}\";\n", e.id);
+        }
+    }
+    out += &format!("    \"{name}/reduce\" -> \"{name}/score\";\n  }}\n");
     out
 }

@@ -17,6 +17,7 @@ use reader::{Field, Table, deserialize};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::Arc;
 use tree::{Node, Source};
 use zonobench_estimation::estimator::KINDS;
 use zonobench_estimation::system::System;
@@ -64,6 +65,9 @@ pub struct Experiment {
     pub metrics: Vec<MetricSpec>,
     /// What goes to the lake besides.
     pub output: Output,
+    /// The text of its file; not part of the canonical form, which does not change with white space.
+    #[serde(skip)]
+    pub text: Arc<str>,
 }
 
 /// An estimator of an experiment.
@@ -111,19 +115,21 @@ impl Experiment {
     /// The experiments of a text that stands in no folder, and so cannot refer to other files; `file`
     /// is what errors call it.
     pub fn parse(file: &str, text: &str) -> Result<Vec<Self>, BadInput> {
-        read_all(
-            &Source {
-                file: file.into(),
-                text: text.into(),
-            },
-            None,
-            experiment,
-        )
+        let source = Source {
+            file: file.into(),
+            text: text.into(),
+        };
+        read_all(&source, None, experiment)
     }
 
     /// `paper/id`, for messages.
     pub fn name(&self) -> String {
         format!("{}/{}", self.paper, self.id)
+    }
+
+    /// What estimator `index` is told.
+    pub fn problem_of(&self, index: usize) -> &Problem {
+        &self.estimators[index].problem
     }
 
     /// The same experiment, smaller: at most [`QUICK_RUNS`] runs and [`QUICK_STEPS`] steps, but no
@@ -387,6 +393,7 @@ fn experiment(root: &Table, suffix: &str, folder: Option<&Path>) -> Result<Exper
         estimators,
         metrics,
         output,
+        text: root.text().into(),
     })
 }
 

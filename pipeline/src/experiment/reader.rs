@@ -132,6 +132,11 @@ impl<'a> Table<'a> {
         &self.path
     }
 
+    /// The text of the whole file.
+    pub fn text(&self) -> &'a str {
+        &self.source.text
+    }
+
     /// The tree under it.
     pub fn node(&self) -> &'a Node {
         self.node

@@ -4,9 +4,10 @@
 //! [`crate::experiment::METRICS`]; sums run over k in ascending order.
 
 use crate::error::Error;
-use crate::experiment::{Bound, MetricSpec};
+use crate::experiment::MetricSpec;
+use crate::experiment::metric::Bound;
 use crate::rows::{Belief, Estimate, Metric};
-use crate::stage::estimate::{describe, phase_name};
+use crate::stage::estimate::{Job, describe, phase_name};
 use crate::stage::{Experiment, Recordings, metadata};
 use crate::store::Artifact;
 use crate::table::{self, Name};
@@ -92,7 +93,7 @@ fn read(
     beliefs: &Path,
 ) -> Result<Series, Error> {
     let n = experiment.problem.system.variables().x.len();
-    let info = describe(experiment, index)?;
+    let info = describe(&Job::of(experiment, index))?;
     let empty = || vec![vec![None; experiment.steps + 1]; runs];
     let mut series = Series {
         id: info.estimator.to_string(),
@@ -197,7 +198,7 @@ fn fold(
         bound: match spec.bound {
             Some(_) if s.kind != "box-state-est" => return Ok(Vec::new()),
             Some(bound) => {
-                Some(box_bound(&experiment.estimators[index].problem, bound).map_err(fail)?)
+                Some(box_bound(&experiment.problem_of(index), bound).map_err(fail)?)
             }
             None => None,
         },
@@ -242,8 +243,8 @@ fn box_bound(problem: &Problem, bound: Bound) -> Result<f64, EstimationError> {
         reason: "it holds for linear systems".into(),
     })?;
     let bound = match bound {
-        Bound::Printed => printed_width_bound(parts.a, parts.c)?,
-        Bound::Corrected => width_bound(parts.a, parts.c)?,
+        Bound::Printed => printed_width_bound(&parts.a, &parts.c)?,
+        Bound::Corrected => width_bound(&parts.a, &parts.c)?,
     };
     let widest = |hull: IntervalVector| hull.iter().map(|side| side.hi() - side.lo()).fold(0.0, f64::max);
     Ok(bound.width(widest(problem.v.box_hull()?), widest(problem.w.box_hull()?)))

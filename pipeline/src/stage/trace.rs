@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::rows::{Belief, Estimate, Set};
-use crate::stage::estimate::describe;
+use crate::stage::estimate::{Job, describe};
 use crate::stage::{Experiment, Recordings, metadata};
 use crate::store::Artifact;
 use crate::table;
@@ -25,7 +25,7 @@ pub fn input(experiment: &Experiment, index: usize, data: &str, estimates: &str)
         "estimator": experiment.estimators[index].id,
         "system": experiment.problem.system,
         "v": experiment.problem.v,
-        "text": experiment.text,
+        "text": &*experiment.text,
         "data": data,
         "estimates": estimates,
     })
@@ -39,7 +39,7 @@ pub fn make(
     estimates: &Artifact,
     dir: &Path,
 ) -> Result<(), Error> {
-    let info = describe(experiment, index)?;
+    let info = describe(&Job::of(experiment, index))?;
     let path = |name: &str| {
         estimates.path(name).ok_or_else(|| Error::Unknown {
             what: "file of the estimates",
@@ -124,7 +124,7 @@ pub fn make(
         names: variables.x.iter().map(|v| (v.name.clone(), v.unit.to_owned())).collect(),
         dt_s: experiment.problem.system.period().unwrap_or(1.0),
         metadata: metadata("trace", Some(experiment.seed)),
-        params_toml: experiment.text.clone(),
+        params_toml: experiment.text.to_string(),
         layout_json: String::new(),
         measurement_rows: measurement_rows(experiment),
         steps: steps.into_values().collect(),
