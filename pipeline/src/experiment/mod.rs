@@ -127,11 +127,6 @@ impl Experiment {
         format!("{}/{}", self.paper, self.id)
     }
 
-    /// What estimator `index` is told.
-    pub fn problem_of(&self, index: usize) -> &Problem {
-        &self.estimators[index].problem
-    }
-
     /// The same experiment, smaller: at most [`QUICK_RUNS`] runs and [`QUICK_STEPS`] steps, but no
     /// fewer steps than a metric's `from` or `at` reaches, so that every estimator and every metric is
     /// still there. Steps of the output and of `to` are cut to those that are left.
