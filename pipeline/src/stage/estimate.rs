@@ -1,0 +1,323 @@
+//! estimate: one estimator over all runs of an experiment, and the judge beside it.
+//!
+//! The estimator reads measurements and inputs. The truth goes to the judge alone, which is handed
+//! every finished belief and says whether it holds the truth.
+
+use crate::error::Error;
+use crate::experiment::{EstimatorSpec, Output};
+use crate::rows::{self, Belief, Estimate, EstimatorInfo, Set, Timing};
+use crate::stage::{Experiment, Recordings, metadata};
+use crate::store::canonical;
+use crate::table::{self, Name, TableWriter};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use std::path::Path;
+use std::time::Instant;
+use zonobench_estimation::estimator::{Belief as _, Containment, Estimator as _, Phase};
+use zonobench_estimation::outline::outline;
+use zonobench_estimation::{AnyBelief, AnyEstimator, EstimationError, Problem, System as _, track};
+use zonobench_sets::Interval;
+
+/// The code that this stage can reach.
+pub const CODE: &str = env!("ZONOBENCH_CODE_ESTIMATE");
+
+/// The most generators of a set that a trace carries.
+const TRACED_GENERATORS: usize = 256;
+
+/// What the estimates of estimator `index` depend on.
+pub fn input(experiment: &Experiment, index: usize, data: &str) -> Value {
+    let e = &experiment.estimators[index];
+    json!({
+        "estimator": e.id,
+        "settings": e.settings,
+        "problem": experiment.problem_of(index),
+        "steps": experiment.steps,
+        "runs": experiment.runs,
+        "sets": experiment.output.sets,
+        "traces": experiment.output.traces,
+        "data": data,
+    })
+}
+
+/// One estimator and what it is run on.
+pub struct Job<'a> {
+    /// `paper/experiment`, for messages.
+    pub name: String,
+    /// What every estimator is told.
+    pub problem: &'a Problem,
+    /// The estimator.
+    pub spec: &'a EstimatorSpec,
+    /// The last step.
+    pub steps: usize,
+    /// What is kept besides the estimates.
+    pub output: &'a Output,
+    /// The seed of the simulated data.
+    pub seed: Option<u64>,
+}
+
+impl Job<'_> {
+    /// Estimator `index` of an experiment.
+    pub fn of(experiment: &Experiment, index: usize) -> Job<'_> {
+        Job {
+            name: experiment.name(),
+            problem: &experiment.problem,
+            spec: &experiment.estimators[index],
+            steps: experiment.steps,
+            output: &experiment.output,
+            seed: Some(experiment.seed),
+        }
+    }
+}
+
+/// The row that describes the estimator of a job.
+pub fn describe(job: &Job) -> Result<EstimatorInfo, Error> {
+    let spec = job.spec;
+    let estimator = build(job)?;
+    let mut settings = serde_json::to_value(&spec.settings).expect("settings have a JSON form");
+    if let Value::Object(map) = &mut settings {
+        map.remove("kind");
+    }
+    Ok(EstimatorInfo {
+        estimator: spec.id.as_str().into(),
+        kind: estimator.kind().into(),
+        guaranteed: estimator.guaranteed(),
+        reads: estimator.reads().into(),
+        reported_phase: phase_name(estimator.reported_phase()).into(),
+        settings: canonical(&settings).into(),
+    })
+}
+
+fn build(job: &Job) -> Result<AnyEstimator, Error> {
+    job.spec.build(job.problem).map_err(|source| Error::Estimation {
+        experiment: job.name.clone(),
+        estimator: job.spec.id.clone(),
+        run: 0,
+        source,
+    })
+}
+
+/// The name of a phase in the tables.
+pub fn phase_name(phase: Phase) -> &'static str {
+    match phase {
+        Phase::Predicted => "predicted",
+        Phase::Updated => "updated",
+    }
+}
+
+/// Everything one run writes.
+#[derive(Default)]
+struct RunRows {
+    estimates: Vec<Estimate>,
+    beliefs: Vec<Belief>,
+    sets: Vec<Set>,
+    shapes: Vec<Set>,
+    timing: Option<Timing>,
+}
+
+/// Writes `estimates`, `beliefs`, `sets`, `shapes` (outlines of run 0 for the trace) and `timings`.
+pub fn make(
+    job: &Job,
+    recordings: &Recordings,
+    dir: &Path,
+    done: &(dyn Fn(u64) + Sync),
+) -> Result<(), Error> {
+    let estimator = build(job)?;
+    let judged = Judged::new(job, &estimator);
+    let meta = metadata("estimate", job.seed);
+    let mut estimates = TableWriter::create(&dir.join("estimates.parquet"), &meta)?;
+    let mut beliefs = TableWriter::create(&dir.join("beliefs.parquet"), &meta)?;
+    let mut sets = TableWriter::create(&dir.join("sets.parquet"), &meta)?;
+    let mut shapes = TableWriter::create(&dir.join("shapes.parquet"), &meta)?;
+    let mut timings = Vec::new();
+    let runs: Vec<usize> = (0..recordings.runs()).collect();
+    for chunk in runs.chunks(32) {
+        let finished: Vec<RunRows> = chunk
+            .par_iter()
+            .map(|&run| {
+                let rows = judged.run(recordings, run);
+                done(1);
+                rows
+            })
+            .collect::<Result<_, _>>()?;
+        for run in finished {
+            estimates.push(run.estimates)?;
+            beliefs.push(run.beliefs)?;
+            sets.push(run.sets)?;
+            shapes.push(run.shapes)?;
+            timings.extend(run.timing);
+        }
+    }
+    estimates.close()?;
+    beliefs.close()?;
+    sets.close()?;
+    shapes.close()?;
+    table::write(&dir.join("timings.parquet"), timings, &meta)?;
+    Ok(())
+}
+
+struct Judged<'a> {
+    job: &'a Job<'a>,
+    estimator: &'a AnyEstimator,
+    id: Name,
+    components: Vec<Name>,
+}
+
+impl<'a> Judged<'a> {
+    fn new(job: &'a Job<'a>, estimator: &'a AnyEstimator) -> Self {
+        let variables = job.problem.system.variables();
+        Self {
+            job,
+            estimator,
+            id: job.spec.id.as_str().into(),
+            components: variables.x.iter().map(|v| v.name.as_str().into()).collect(),
+        }
+    }
+
+    fn run(&self, recordings: &Recordings, run: usize) -> Result<RunRows, Error> {
+        let mut rows = RunRows::default();
+        let mut times = Vec::with_capacity(self.job.steps + 1);
+        let mut steps =
+            track(self.estimator, self.job.steps, &recordings.u[run], &recordings.y[run]);
+        loop {
+            let start = Instant::now();
+            let Some(step) = steps.next() else { break };
+            times.push(start.elapsed().as_nanos() as i64);
+            let truth = recordings.truth(run, step.k);
+            if let Some(predicted) = &step.predicted {
+                self.judge(run, step.k, Phase::Predicted, predicted, truth.as_deref(), &mut rows);
+            }
+            match &step.updated {
+                Ok(updated) => self.judge(run, step.k, Phase::Updated, updated, truth.as_deref(), &mut rows),
+                Err(EstimationError::Inconsistent { k }) => self.inconsistent(run, *k, &mut rows),
+                Err(source) => {
+                    return Err(Error::Estimation {
+                        experiment: self.job.name.clone(),
+                        estimator: self.id.to_string(),
+                        run,
+                        source: source.clone(),
+                    });
+                }
+            }
+        }
+        times.sort_unstable();
+        rows.timing = times.last().map(|&max_ns| Timing {
+            estimator: self.id.clone(),
+            run: run as i32,
+            steps: times.len() as i64,
+            total_ns: times.iter().sum(),
+            median_ns: times[times.len() / 2],
+            max_ns,
+        });
+        Ok(rows)
+    }
+
+    fn judge(
+        &self,
+        run: usize,
+        k: usize,
+        phase: Phase,
+        belief: &AnyBelief,
+        truth: Option<&[Interval]>,
+        rows: &mut RunRows,
+    ) {
+        let center = belief.center();
+        let hull = belief.interval_hull();
+        let bounded = hull.as_ref().is_none_or(|h| h.iter().all(|side| side.is_finite()));
+        let status: Name = if bounded { "ok" } else { "unbounded" }.into();
+        let phase_text: Name = phase_name(phase).into();
+        for (i, component) in self.components.iter().enumerate() {
+            rows.estimates.push(Estimate {
+                estimator: self.id.clone(),
+                run: run as i32,
+                k: k as i32,
+                phase: phase_text.clone(),
+                component: component.clone(),
+                center: Some(center[i]).filter(|c| !c.is_nan()),
+                lower: hull.as_ref().map(|h| h[i].lo()),
+                upper: hull.as_ref().map(|h| h[i].hi()),
+                status: status.clone(),
+            });
+        }
+        let size = belief.size();
+        let has_set = hull.is_some();
+        let contains = truth.filter(|_| has_set).and_then(|x| match belief.contains(x) {
+            Containment::Inside => Some(true),
+            Containment::Outside => Some(false),
+            Containment::Undecided => None,
+        });
+        rows.beliefs.push(Belief {
+            estimator: self.id.clone(),
+            run: run as i32,
+            k: k as i32,
+            phase: phase_text.clone(),
+            n_generators: size.n_generators.map(|n| n as i64),
+            n_constraints: size.n_constraints.map(|n| n as i64),
+            trace_ggt: size.trace_ggt,
+            radius: size.radius,
+            volume: size.volume,
+            covariance: belief.covariance().map(|p| p.as_slice().to_vec()),
+            contains_truth: contains,
+            lp_count: size.lp_count as i64,
+            pivots: size.pivots as i64,
+        });
+        if run == 0 {
+            let wanted = self.job.output.sets.contains(&k);
+            let traced = self.job.output.traces && phase == self.estimator.reported_phase();
+            if wanted {
+                rows.sets.push(self.set(run, k, &phase_text, belief, usize::MAX));
+            }
+            if traced {
+                rows.shapes.push(self.set(run, k, &phase_text, belief, TRACED_GENERATORS));
+            }
+        }
+    }
+
+    fn set(&self, run: usize, k: usize, phase: &Name, belief: &AnyBelief, most: usize) -> Set {
+        let shape = belief.shape();
+        let vertices = (self.components.len() == 2)
+            .then(|| outline(&shape, (0, 1)).into_iter().flatten().collect::<Vec<f64>>());
+        Set {
+            estimator: self.id.clone(),
+            run: run as i32,
+            k: k as i32,
+            phase: phase.clone(),
+            kind: shape.kind.into(),
+            center: Some(shape.center),
+            generators: shape.generators.filter(|g| g.cols() <= most).map(|g| g.as_slice().to_vec()),
+            a: shape.constraints.as_ref().map(|(a, _)| a.as_slice().to_vec()),
+            b: shape.constraints.map(|(_, b)| b),
+            vertices: vertices.filter(|v| v.iter().all(|x| x.is_finite())),
+        }
+    }
+
+    fn inconsistent(&self, run: usize, k: usize, rows: &mut RunRows) {
+        for component in &self.components {
+            rows.estimates.push(Estimate {
+                estimator: self.id.clone(),
+                run: run as i32,
+                k: k as i32,
+                phase: "updated".into(),
+                component: component.clone(),
+                center: None,
+                lower: None,
+                upper: None,
+                status: "inconsistent".into(),
+            });
+        }
+    }
+}
+
+/// The rows of the table `variables`.
+pub fn variables(problem: &Problem) -> Vec<rows::Variable> {
+    let v = problem.system.variables();
+    let mut out = Vec::new();
+    for (role, list) in [("x", &v.x), ("u", &v.u), ("w", &v.w), ("y", &v.y), ("v", &v.v)] {
+        out.extend(list.iter().enumerate().map(|(i, variable)| rows::Variable {
+            role: role.into(),
+            position: i as i32,
+            component: variable.name.as_str().into(),
+            unit: variable.unit.into(),
+        }));
+    }
+    out
+}
