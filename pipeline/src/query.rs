@@ -96,7 +96,7 @@ pub fn render(frame: &DataFrame, format: Format) -> String {
 /// Rows below a header, aligned.
 pub fn aligned(header: &[String], rows: impl Iterator<Item = Vec<String>>) -> String {
     let mut table = comfy_table::Table::new();
-    table.load_preset(comfy_table::presets::NOTHING);
+    table.load_style(comfy_table::presets::NOTHING);
     table.set_header(header.iter().map(|h| h.as_str()));
     for row in rows {
         table.add_row(row);

@@ -74,7 +74,6 @@ fn one(tracking: &Tracking, measurements: &Path, inputs: Option<&Path>, out: &Pa
     for (i, spec) in tracking.estimators.iter().enumerate() {
         let job = Job {
             name: format!("{}/{}", tracking.paper, tracking.id),
-            problem: &tracking.problem,
             spec,
             steps,
             output: &output,

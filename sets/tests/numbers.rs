@@ -1,8 +1,8 @@
 //! Intervals, duals, boxes and interval matrices against exact arithmetic.
 
-mod exact;
+mod fixed_point;
 
-use exact::{
+use fixed_point::{
     PRODUCT, SERIES, SERIES_ERROR, SUM, Source, arctan, encloses, error_in_ulps, fixed, half_pi,
     is_above, is_below, quarter, rational, sin_cos,
 };

@@ -200,7 +200,10 @@ pub struct MetricSpec {
 impl MetricSpec {
     /// What there is to know about it.
     pub fn info(&self) -> &'static MetricInfo {
-        METRICS.iter().find(|info| info.name == self.name).expect("the name was checked when it was read")
+        METRICS
+            .iter()
+            .find(|info| info.name == self.name)
+            .expect("the name was checked when it was read")
     }
 
     /// True if step `k` is in the window K.
@@ -216,9 +219,15 @@ impl MetricSpec {
     pub fn read(field: &Field, estimators: &[&str], steps: usize) -> Result<Self, BadInput> {
         let table = field.any_table()?;
         let names: Vec<&'static str> = METRICS.iter().map(|info| info.name).collect();
-        let name = table.need("name", &format!("the name of a metric ({})", listed(names.iter().copied())))?;
+        let name = table.need(
+            "name",
+            &format!("the name of a metric ({})", listed(names.iter().copied())),
+        )?;
         let name = name.one_of(&names)?;
-        let info = METRICS.iter().find(|info| info.name == name).expect("the name is one of them");
+        let info = METRICS
+            .iter()
+            .find(|info| info.name == name)
+            .expect("the name is one of them");
         let keys: Vec<&str> = [COMMON_KEYS, info.required, info.optional].concat();
         table.only(&keys)?;
         for key in info.required {
@@ -229,7 +238,9 @@ impl MetricSpec {
             None => name.to_owned(),
         };
         let step = |key: &str| -> Result<Option<usize>, BadInput> {
-            let Some(field) = table.get(key) else { return Ok(None) };
+            let Some(field) = table.get(key) else {
+                return Ok(None);
+            };
             let k = field.step()?;
             if k > steps {
                 return Err(field.expected(format!("a step of at most {steps}, the last one")));
@@ -242,7 +253,8 @@ impl MetricSpec {
             Some(field) => {
                 let at: Vec<usize> = super::steps(&field, steps)?;
                 if at.is_empty() || from.is_some() || to.is_some() {
-                    return Err(field.fault("expected some steps, without from and to, got both or no step"));
+                    return Err(field
+                        .fault("expected some steps, without from and to, got both or no step"));
                 }
                 at
             }
@@ -250,15 +262,23 @@ impl MetricSpec {
         if let (Some(from), Some(to)) = (from, to)
             && from > to
         {
-            return Err(table.fault("to", format!("expected a step of at least from = {from}, got {to}")));
+            return Err(table.fault(
+                "to",
+                format!("expected a step of at least from = {from}, got {to}"),
+            ));
         }
         let other = |key: &str| -> Result<Option<String>, BadInput> {
-            let Some(field) = table.get(key) else { return Ok(None) };
+            let Some(field) = table.get(key) else {
+                return Ok(None);
+            };
             let id = field.string()?;
             if estimators.contains(&id) {
                 return Ok(Some(id.to_owned()));
             }
-            let fault = field.expected(format!("the id of an estimator ({})", listed(estimators.iter().copied())));
+            let fault = field.expected(format!(
+                "the id of an estimator ({})",
+                listed(estimators.iter().copied())
+            ));
             Err(match nearest(id, estimators.iter().copied()) {
                 Some(near) => fault.with_help(format!("did you mean {near:?}?")),
                 None => fault,
@@ -294,14 +314,20 @@ impl MetricSpec {
             within: other("within")?,
             within_phase: phase(&table, "within_phase")?,
             level,
-            strict: table.get("strict").map(|field| field.boolean()).transpose()?.unwrap_or(false),
+            strict: table
+                .get("strict")
+                .map(|field| field.boolean())
+                .transpose()?
+                .unwrap_or(false),
             bound,
         })
     }
 }
 
 fn phase(table: &Table, key: &str) -> Result<Option<Phase>, BadInput> {
-    let Some(field) = table.get(key) else { return Ok(None) };
+    let Some(field) = table.get(key) else {
+        return Ok(None);
+    };
     Ok(Some(match field.one_of(&["predicted", "updated"])? {
         "predicted" => Phase::Predicted,
         _ => Phase::Updated,

@@ -17,6 +17,7 @@ use reader::{Field, Table, deserialize};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::Arc;
 use tree::{Node, Source};
 use zonobench_estimation::estimator::KINDS;
 use zonobench_estimation::system::System;
@@ -28,12 +29,6 @@ pub use metric::{METRICS, MetricInfo, MetricSpec};
 
 /// The version of the files that this program reads.
 pub const SCHEMA: i64 = 1;
-
-fn with_text(mut experiments: Vec<Experiment>, source: &Source) -> Vec<Experiment> {
-    let text: std::sync::Arc<str> = source.text.as_str().into();
-    experiments.iter_mut().for_each(|e| e.text = text.clone());
-    experiments
-}
 
 /// The most runs and the last step that a file may ask for.
 const MOST: i64 = 1_000_000;
@@ -72,7 +67,7 @@ pub struct Experiment {
     pub output: Output,
     /// The text of its file; not part of the canonical form, which does not change with white space.
     #[serde(skip)]
-    pub text: std::sync::Arc<str>,
+    pub text: Arc<str>,
 }
 
 /// An estimator of an experiment.
@@ -109,29 +104,22 @@ pub struct Tracking {
 }
 
 impl Experiment {
-    /// `paper/id`.
-    pub fn name(&self) -> String {
-        format!("{}/{}", self.paper, self.id)
-    }
-
-    /// What estimator `index` is told.
-    pub fn problem_of(&self, index: usize) -> Problem {
-        self.estimators[index].problem(&self.problem)
-    }
-
     /// The experiments of a file: one, or as many as its sweep and cases give.
     ///
     /// Fails, with the line to blame, on everything that is wrong with the file.
     pub fn load(path: &Path) -> Result<Vec<Self>, Error> {
         let source = source(path)?;
-        Ok(with_text(read_all(&source, path.parent(), experiment)?, &source))
+        Ok(read_all(&source, path.parent(), experiment)?)
     }
 
     /// The experiments of a text that stands in no folder, and so cannot refer to other files; `file`
     /// is what errors call it.
     pub fn parse(file: &str, text: &str) -> Result<Vec<Self>, BadInput> {
-        let source = Source { file: file.into(), text: text.into() };
-        Ok(with_text(read_all(&source, None, experiment)?, &source))
+        let source = Source {
+            file: file.into(),
+            text: text.into(),
+        };
+        read_all(&source, None, experiment)
     }
 
     /// `paper/id`, for messages.
@@ -145,7 +133,11 @@ impl Experiment {
     pub fn quick(&self) -> Self {
         let mut quick = self.clone();
         quick.runs = self.runs.min(QUICK_RUNS);
-        let reached = self.metrics.iter().flat_map(|m| m.at.iter().copied().chain([m.from])).max();
+        let reached = self
+            .metrics
+            .iter()
+            .flat_map(|m| m.at.iter().copied().chain([m.from]))
+            .max();
         quick.steps = self.steps.min(QUICK_STEPS.max(reached.unwrap_or(0)));
         for metric in &mut quick.metrics {
             metric.to = metric.to.map(|to| to.min(quick.steps));
@@ -170,7 +162,14 @@ impl Tracking {
 
     /// As [`Experiment::parse`].
     pub fn parse(file: &str, text: &str) -> Result<Vec<Self>, BadInput> {
-        read_all(&Source { file: file.into(), text: text.into() }, None, tracking)
+        read_all(
+            &Source {
+                file: file.into(),
+                text: text.into(),
+            },
+            None,
+            tracking,
+        )
     }
 }
 
@@ -178,7 +177,10 @@ fn source(path: &Path) -> Result<Source, BadInput> {
     let file = path.display().to_string();
     match std::fs::read_to_string(path) {
         Ok(text) => Ok(Source { file, text }),
-        Err(error) => Err(BadInput::file(file, format!("expected a TOML file, got: {error}"))),
+        Err(error) => Err(BadInput::file(
+            file,
+            format!("expected a TOML file, got: {error}"),
+        )),
     }
 }
 
@@ -205,7 +207,10 @@ fn read_all<T: Named>(
     read: impl Fn(&Table, &str, Option<&Path>) -> Result<T, BadInput>,
 ) -> Result<Vec<T>, BadInput> {
     if source.text.trim().is_empty() {
-        return Err(BadInput::file(&source.file, "expected an experiment, got an empty file"));
+        return Err(BadInput::file(
+            &source.file,
+            "expected an experiment, got an empty file",
+        ));
     }
     let root = Node::parse(source)?;
     check_schema(source, &root)?;
@@ -215,31 +220,60 @@ fn read_all<T: Named>(
         let table = Table::new(source, String::new(), &node, ROOT_KEYS)?;
         let one = read(&table, &suffix, folder)?;
         if !ids.insert(one.id().to_owned()) {
-            let message = format!("id: expected experiments with different names, got {} twice", one.id());
+            let message = format!(
+                "id: expected experiments with different names, got {} twice",
+                one.id()
+            );
             return Err(BadInput::file(&source.file, message));
         }
         all.push(one);
     }
     if all.is_empty() {
-        return Err(BadInput::file(&source.file, "case: expected at least one case, got none"));
+        return Err(BadInput::file(
+            &source.file,
+            "case: expected at least one case, got none",
+        ));
     }
     Ok(all)
 }
 
 const ROOT_KEYS: &[&str] = &[
-    "schema", "paper", "id", "title", "description", "seed", "runs", "steps", "system", "prior", "noise",
-    "truth", "inputs", "estimator", "metric", "sweep", "case", "output",
+    "schema",
+    "paper",
+    "id",
+    "title",
+    "description",
+    "seed",
+    "runs",
+    "steps",
+    "system",
+    "prior",
+    "noise",
+    "truth",
+    "inputs",
+    "estimator",
+    "metric",
+    "sweep",
+    "case",
+    "output",
 ];
 
 /// First of all, because a file of another schema may have keys that this one does not know.
 fn check_schema(source: &Source, root: &Node) -> Result<(), BadInput> {
-    let any: Vec<&str> = root.entries().iter().map(|entry| entry.key.as_str()).collect();
+    let any: Vec<&str> = root
+        .entries()
+        .iter()
+        .map(|entry| entry.key.as_str())
+        .collect();
     let table = Table::new(source, String::new(), root, &any)?;
     let field = table.need("schema", &format!("schema = {SCHEMA}"))?;
     let schema = field.integer(1..=i64::MAX, &format!("schema = {SCHEMA}"))?;
     if schema > SCHEMA {
-        let message = format!("expected schema = {SCHEMA}, the newest that this program knows, got {schema}");
-        return Err(field.fault(message).with_help("the file is for a newer zonobench"));
+        let message =
+            format!("expected schema = {SCHEMA}, the newest that this program knows, got {schema}");
+        return Err(field
+            .fault(message)
+            .with_help("the file is for a newer zonobench"));
     }
     Ok(())
 }
@@ -254,7 +288,10 @@ pub(crate) fn identifier(field: &Field) -> Result<String, BadInput> {
         return Err(field.expected("a lower-case letter, then lower-case letters, digits, _ and -"));
     }
     if text.len() > LONGEST_ID {
-        return Err(field.fault(format!("expected at most {LONGEST_ID} characters, got {}", text.len())));
+        return Err(field.fault(format!(
+            "expected at most {LONGEST_ID} characters, got {}",
+            text.len()
+        )));
     }
     Ok(text.to_owned())
 }
@@ -282,30 +319,59 @@ fn tracking(root: &Table, suffix: &str, _folder: Option<&Path>) -> Result<Tracki
     let field = root.need("id", name)?;
     let id = format!("{}{suffix}", identifier(&field)?);
     if id.len() > LONGEST_ID {
-        return Err(field.fault(format!("expected at most {LONGEST_ID} characters, got {id}")));
+        return Err(field.fault(format!(
+            "expected at most {LONGEST_ID} characters, got {id}"
+        )));
     }
     let problem = problem(root)?;
     let estimators = estimators(root, &problem)?;
-    Ok(Tracking { paper, id, problem, estimators })
+    Ok(Tracking {
+        paper,
+        id,
+        problem,
+        estimators,
+    })
 }
 
 fn experiment(root: &Table, suffix: &str, folder: Option<&Path>) -> Result<Experiment, BadInput> {
-    let Tracking { paper, id, problem, estimators } = tracking(root, suffix, folder)?;
-    let text = |key: &str| root.get(key).map(|field| field.string().map(str::to_owned)).transpose();
-    let seed = root.need("seed", "an integer")?.integer(0..=i64::MAX, "an integer of at least 0")? as u64;
+    let Tracking {
+        paper,
+        id,
+        problem,
+        estimators,
+    } = tracking(root, suffix, folder)?;
+    let text = |key: &str| {
+        root.get(key)
+            .map(|field| field.string().map(str::to_owned))
+            .transpose()
+    };
+    let seed = root
+        .need("seed", "an integer")?
+        .integer(0..=i64::MAX, "an integer of at least 0")? as u64;
     let range = format!("an integer from 1 to {MOST}");
     let field = root.need("runs", &range)?;
     let runs = field.integer(1..=MOST, &range)? as usize;
     let steps = root.need("steps", &range)?.integer(1..=MOST, &range)? as usize;
-    let inputs = parts::inputs(root.get("inputs").as_ref(), root, &problem.system, steps, folder)?;
+    let inputs = parts::inputs(
+        root.get("inputs").as_ref(),
+        root,
+        &problem.system,
+        steps,
+        folder,
+    )?;
     let truth = parts::truth(root.get("truth").as_ref(), root, &problem, steps, folder)?;
     if let Some(distinct) = truth.distinct_runs()
         && runs as u64 > distinct
     {
-        let message = format!("expected at most {distinct}, because nothing is drawn and runs would repeat, got {runs}");
+        let message = format!(
+            "expected at most {distinct}, because nothing is drawn and runs would repeat, got {runs}"
+        );
         return Err(field.fault(message));
     }
-    let ids: Vec<&str> = estimators.iter().map(|estimator| estimator.id.as_str()).collect();
+    let ids: Vec<&str> = estimators
+        .iter()
+        .map(|estimator| estimator.id.as_str())
+        .collect();
     let metrics = metrics(root, &ids, steps)?;
     let output = output(root, steps)?;
     Ok(Experiment {
@@ -322,7 +388,7 @@ fn experiment(root: &Table, suffix: &str, folder: Option<&Path>) -> Result<Exper
         estimators,
         metrics,
         output,
-        text: "".into(),
+        text: root.text().into(),
     })
 }
 
@@ -331,10 +397,19 @@ fn problem(root: &Table) -> Result<Problem, BadInput> {
     let variables = system.variables();
     let n_w = variables.w.len() - system.n_delta();
     let prior = parts::uncertain(&root.need("prior", "a table")?, variables.x.len())?;
-    let noise = root.need("noise", "a table with w and v")?.table(&["w", "v"])?;
-    let w = parts::uncertain(&noise.need("w", "a table, {} where there is no such noise")?, n_w)?;
-    let v = parts::uncertain(&noise.need("v", "a table, {} where there is no such noise")?, variables.v.len())?;
-    Problem::new(system, prior, w, v).map_err(|fault| parts::at_path(root, fault.part, &fault.source.to_string()))
+    let noise = root
+        .need("noise", "a table with w and v")?
+        .table(&["w", "v"])?;
+    let w = parts::uncertain(
+        &noise.need("w", "a table, {} where there is no such noise")?,
+        n_w,
+    )?;
+    let v = parts::uncertain(
+        &noise.need("v", "a table, {} where there is no such noise")?,
+        variables.v.len(),
+    )?;
+    Problem::new(system, prior, w, v)
+        .map_err(|fault| parts::at_path(root, fault.part, &fault.source.to_string()))
 }
 
 fn estimators(root: &Table, problem: &Problem) -> Result<Vec<EstimatorSpec>, BadInput> {
@@ -344,7 +419,10 @@ fn estimators(root: &Table, problem: &Problem) -> Result<Vec<EstimatorSpec>, Bad
         let spec = estimator(root, &field, problem)?;
         if all.iter().any(|other| other.id == spec.id) {
             let table = field.any_table()?;
-            return Err(table.fault("id", format!("expected an id of its own, got {:?} again", spec.id)));
+            return Err(table.fault(
+                "id",
+                format!("expected an id of its own, got {:?} again", spec.id),
+            ));
         }
         all.push(spec);
     }
@@ -359,16 +437,25 @@ fn estimator(root: &Table, field: &Field, problem: &Problem) -> Result<Estimator
     let id = identifier(&table.need("id", "a name")?)?;
     let table = table.renamed(format!("estimator.{id}"));
     let kinds: Vec<&'static str> = KINDS.iter().map(|info| info.kind).collect();
-    let kind_field = table.need("kind", &format!("a kind of estimator ({})", listed(kinds.iter().copied())))?;
+    let kind_field = table.need(
+        "kind",
+        &format!("a kind of estimator ({})", listed(kinds.iter().copied())),
+    )?;
     let kind = kind_field.one_of(&kinds)?;
-    let info = KINDS.iter().find(|info| info.kind == kind).expect("the kind is one of them");
+    let info = KINDS
+        .iter()
+        .find(|info| info.kind == kind)
+        .expect("the kind is one of them");
     let own = ["id", "kind", "prior", "noise"];
     if let Err(fault) = table.only(&[&own[..], info.keys].concat()) {
         return Err(elsewhere(&table, info.keys, &own, kind, fault));
     }
     let variables = problem.system.variables();
     let n_w = variables.w.len() - problem.system.n_delta();
-    let noise = table.get("noise").map(|field| field.table(&["w", "v"])).transpose()?;
+    let noise = table
+        .get("noise")
+        .map(|field| field.table(&["w", "v"]))
+        .transpose()?;
     let own_or = |field: Option<Field>, n: usize, shared: &Uncertain| match field {
         Some(field) => parts::uncertain(&field, n),
         None => Ok(shared.clone()),
@@ -382,17 +469,26 @@ fn estimator(root: &Table, field: &Field, problem: &Problem) -> Result<Estimator
     };
     let settings: EstimatorSettings = deserialize(&table, &["id", "prior", "noise"])?;
     AnyEstimator::new(&settings, &told).map_err(|error| refused(root, &table, &error))?;
-    Ok(EstimatorSpec { id, settings, problem: told })
+    Ok(EstimatorSpec {
+        id,
+        settings,
+        problem: told,
+    })
 }
 
 /// The complaint about an unknown key, with a note where another kind of estimator has that key.
 fn elsewhere(table: &Table, keys: &[&str], own: &[&str], kind: &str, fault: BadInput) -> BadInput {
-    let unknown = table.keys().find(|key| !own.contains(key) && !keys.contains(key));
+    let unknown = table
+        .keys()
+        .find(|key| !own.contains(key) && !keys.contains(key));
     let Some(unknown) = unknown else { return fault };
     if nearest(unknown, keys.iter().copied()).is_some() {
         return fault;
     }
-    let owners = KINDS.iter().filter(|info| info.keys.contains(&unknown)).map(|info| info.kind);
+    let owners = KINDS
+        .iter()
+        .filter(|info| info.keys.contains(&unknown))
+        .map(|info| info.kind);
     let owners: Vec<&str> = owners.collect();
     if owners.is_empty() {
         return fault;
@@ -403,7 +499,12 @@ fn elsewhere(table: &Table, keys: &[&str], own: &[&str], kind: &str, fault: BadI
 /// An estimator that cannot be made, shown at the setting or the part of the problem to blame.
 fn refused(root: &Table, table: &Table, error: &EstimationError) -> BadInput {
     match error {
-        EstimationError::Setting { kind, key, expected, got } => {
+        EstimationError::Setting {
+            kind,
+            key,
+            expected,
+            got,
+        } => {
             let fault = format!("expected {expected}, got {got}");
             let section = key.split('.').next().unwrap_or(key);
             match (key.contains('.'), table.get(section)) {
@@ -413,21 +514,38 @@ fn refused(root: &Table, table: &Table, error: &EstimationError) -> BadInput {
             }
             .with_help(format!("{} is of kind {kind}", table.path()))
         }
-        EstimationError::Problem(fault) => parts::at_path(root, fault.part, &fault.source.to_string()),
+        EstimationError::Problem(fault) => {
+            parts::at_path(root, fault.part, &fault.source.to_string())
+        }
         other => table.fault("kind", other),
     }
 }
 
 fn metrics(root: &Table, estimators: &[&str], steps: usize) -> Result<Vec<MetricSpec>, BadInput> {
-    let Some(list) = root.get("metric") else { return Ok(Vec::new()) };
+    let Some(list) = root.get("metric") else {
+        return Ok(Vec::new());
+    };
     let mut all: Vec<MetricSpec> = Vec::new();
     for field in list.array("[[metric]] tables")? {
         let spec = MetricSpec::read(&field, estimators, steps)?;
-        if all.iter().any(|other| other.id == spec.id && other.over == spec.over) {
+        if all
+            .iter()
+            .any(|other| other.id == spec.id && other.over == spec.over)
+        {
             let table = field.any_table()?;
-            let key = if table.get("id").is_some() { "id" } else { "name" };
+            let key = if table.get("id").is_some() {
+                "id"
+            } else {
+                "name"
+            };
             return Err(table
-                .fault(key, format!("expected a metric with an id of its own, got {:?} again", spec.id))
+                .fault(
+                    key,
+                    format!(
+                        "expected a metric with an id of its own, got {:?} again",
+                        spec.id
+                    ),
+                )
                 .with_help("give one of them an id"));
         }
         all.push(spec);
@@ -436,11 +554,21 @@ fn metrics(root: &Table, estimators: &[&str], steps: usize) -> Result<Vec<Metric
 }
 
 fn output(root: &Table, last: usize) -> Result<Output, BadInput> {
-    let Some(field) = root.get("output") else { return Ok(Output::default()) };
+    let Some(field) = root.get("output") else {
+        return Ok(Output::default());
+    };
     let table = field.table(&["sets", "traces"])?;
     Ok(Output {
-        sets: table.get("sets").map(|field| steps(&field, last)).transpose()?.unwrap_or_default(),
-        traces: table.get("traces").map(|field| field.boolean()).transpose()?.unwrap_or(false),
+        sets: table
+            .get("sets")
+            .map(|field| steps(&field, last))
+            .transpose()?
+            .unwrap_or_default(),
+        traces: table
+            .get("traces")
+            .map(|field| field.boolean())
+            .transpose()?
+            .unwrap_or(false),
     })
 }
 

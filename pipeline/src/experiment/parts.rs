@@ -24,12 +24,21 @@ const GAUSSIAN_KEYS: &[&str] = &["mean", "covariance"];
 pub fn system(field: &Field) -> Result<AnySystem, BadInput> {
     let table = field.any_table()?;
     let kinds: Vec<&'static str> = SYSTEM_KEYS.iter().map(|(kind, _)| *kind).collect();
-    let kind = table.need("kind", &format!("a kind of system ({})", listed(kinds.iter().copied())))?;
+    let kind = table.need(
+        "kind",
+        &format!("a kind of system ({})", listed(kinds.iter().copied())),
+    )?;
     let kind = kind.one_of(&kinds)?;
-    let (_, keys) = SYSTEM_KEYS.iter().find(|(name, _)| *name == kind).expect("the kind is one of them");
+    let (_, keys) = SYSTEM_KEYS
+        .iter()
+        .find(|(name, _)| *name == kind)
+        .expect("the kind is one of them");
     table.only(&[&["kind"], *keys].concat())?;
     let matrix = |key: &str, rows: Option<usize>, columns: Option<usize>| {
-        table.get(key).map(|field| field.matrix(rows, columns)).transpose()
+        table
+            .get(key)
+            .map(|field| field.matrix(rows, columns))
+            .transpose()
     };
     let rows = "the rows of a matrix";
     let made = match kind {
@@ -48,16 +57,20 @@ pub fn system(field: &Field) -> Result<AnySystem, BadInput> {
             square(&table, "a0", &a0)?;
             let list = table.need("a", "the list of the matrices A_1, A_2, ...")?;
             let list = list.array("the list of the matrices A_1, A_2, ...")?;
-            let a = list.iter().map(|item| item.matrix(Some(n), Some(n))).collect::<Result<_, _>>()?;
+            let a = list
+                .iter()
+                .map(|item| item.matrix(Some(n), Some(n)))
+                .collect::<Result<_, _>>()?;
             let c = table.need("c", rows)?.matrix(None, Some(n))?;
             Lpv::new(a0, a, matrix("b", Some(n), None)?, c).map(AnySystem::Lpv)
         }
-        _ => VanDerPol::new(table.need("ts", "the sampling period in s")?.number()?).map(AnySystem::VanDerPol),
+        _ => VanDerPol::new(table.need("ts", "the sampling period in s")?.number()?)
+            .map(AnySystem::VanDerPol),
     };
     made.map_err(|error| match error {
-        EstimationError::Setting { key, expected, got, .. } => {
-            table.fault(key, format!("expected {expected}, got {got}"))
-        }
+        EstimationError::Setting {
+            key, expected, got, ..
+        } => table.fault(key, format!("expected {expected}, got {got}")),
         other => field.fault(other),
     })
 }
@@ -66,7 +79,10 @@ fn square(table: &Table, key: &str, a: &zonobench_sets::Matrix) -> Result<(), Ba
     if a.rows() == a.cols() {
         return Ok(());
     }
-    Err(table.fault(key, format!("expected a square matrix, got {} x {}", a.rows(), a.cols())))
+    Err(table.fault(
+        key,
+        format!("expected a square matrix, got {} x {}", a.rows(), a.cols()),
+    ))
 }
 
 /// An uncertain vector of `n` components: `[prior]`, `noise.w`, `noise.v`.
@@ -79,15 +95,22 @@ pub fn uncertain(field: &Field, n: usize) -> Result<Uncertain, BadInput> {
 }
 
 fn check_uncertain(table: &Table, of: &Uncertain, n: usize) -> Result<(), BadInput> {
-    of.validate(n)
-        .map_err(|fault| table.fault(fault.key, format!("expected {}, got {}", fault.expected, fault.got)))
+    of.validate(n).map_err(|fault| {
+        table.fault(
+            fault.key,
+            format!("expected {}, got {}", fault.expected, fault.got),
+        )
+    })
 }
 
 /// The set that the table gives; None where it gives none.
 fn set_part(table: &Table, n: usize) -> Result<Option<Uncertain>, BadInput> {
     if let Some(field) = table.get("box") {
         if let Some(other) = SET_KEYS[1..].iter().find(|key| table.get(key).is_some()) {
-            return Err(table.fault(other, "expected either box, or center and generators, got both"));
+            return Err(table.fault(
+                other,
+                "expected either box, or center and generators, got both",
+            ));
         }
         let expected = format!("{n} pairs [lower, upper]");
         let pairs = field.array(&expected)?;
@@ -98,15 +121,26 @@ fn set_part(table: &Table, n: usize) -> Result<Option<Uncertain>, BadInput> {
         for pair in &pairs {
             let bounds = pair.vector(Some(2))?;
             if bounds[0] > bounds[1] {
-                return Err(pair.fault(format!("expected lower <= upper, got [{}, {}]", bounds[0], bounds[1])));
+                return Err(pair.fault(format!(
+                    "expected lower <= upper, got [{}, {}]",
+                    bounds[0], bounds[1]
+                )));
             }
             lower.push(bounds[0]);
             upper.push(bounds[1]);
         }
-        return Uncertain::from_box(&lower, &upper).map(Some).map_err(|fault| field.fault(fault));
+        return Uncertain::from_box(&lower, &upper)
+            .map(Some)
+            .map_err(|fault| field.fault(fault));
     }
-    let center = table.get("center").map(|field| field.vector(Some(n))).transpose()?;
-    let generators = table.get("generators").map(|field| field.matrix(Some(n), None)).transpose()?;
+    let center = table
+        .get("center")
+        .map(|field| field.vector(Some(n)))
+        .transpose()?;
+    let generators = table
+        .get("generators")
+        .map(|field| field.matrix(Some(n), None))
+        .transpose()?;
     let constraints = match table.get("constraints") {
         None => None,
         Some(field) => {
@@ -115,7 +149,9 @@ fn set_part(table: &Table, n: usize) -> Result<Option<Uncertain>, BadInput> {
             };
             let inner = field.table(&["a", "b"])?;
             let b = inner.need("b", "an array of numbers")?.vector(None)?;
-            let a = inner.need("a", "rows of numbers")?.matrix(Some(b.len()), Some(g.cols()))?;
+            let a = inner
+                .need("a", "rows of numbers")?
+                .matrix(Some(b.len()), Some(g.cols()))?;
             Some((a, b))
         }
     };
@@ -123,7 +159,11 @@ fn set_part(table: &Table, n: usize) -> Result<Option<Uncertain>, BadInput> {
         return Ok(None);
     }
     let center = center.unwrap_or_else(|| vec![0.0; n]);
-    Ok(Some(Uncertain { generators, constraints, ..Uncertain::point(center) }))
+    Ok(Some(Uncertain {
+        generators,
+        constraints,
+        ..Uncertain::point(center)
+    }))
 }
 
 /// `set` with the mean and the covariance that the table gives.
@@ -148,7 +188,9 @@ pub fn truth(
     let variables = problem.system.variables();
     let n_delta = problem.system.n_delta();
     let names_w = &variables.w[..variables.w.len() - n_delta];
-    let table = section.map(|field| field.table(&["x0", "w", "v", "delta"])).transpose()?;
+    let table = section
+        .map(|field| field.table(&["x0", "w", "v", "delta"]))
+        .transpose()?;
     let get = |key: &str| table.as_ref().and_then(|table| table.get(key));
     let at = |error: SimulationError| point_at(root, &error);
 
@@ -158,8 +200,12 @@ pub fn truth(
             field.one_of(&["prior"])?;
             InitialState::Drawn(problem.prior.clone())
         }
-        Some(field) if field.is_array() => InitialState::Point(field.vector(Some(variables.x.len()))?),
-        Some(field) => return Err(field.expected(format!("{} numbers or \"prior\"", variables.x.len()))),
+        Some(field) if field.is_array() => {
+            InitialState::Point(field.vector(Some(variables.x.len()))?)
+        }
+        Some(field) => {
+            return Err(field.expected(format!("{} numbers or \"prior\"", variables.x.len())));
+        }
     };
     let w = match get("w") {
         None => Truth::assumed_noise("truth.w", &problem.w).map_err(at)?,
@@ -181,8 +227,16 @@ pub fn truth(
 /// The fault of a simulation, at the place that its dotted path leads to.
 pub fn point_at(root: &Table, error: &SimulationError) -> BadInput {
     let (path, fault) = match error {
-        SimulationError::Part { part, expected, got } => (*part, format!("expected {expected}, got {got}")),
-        SimulationError::Signal { part, component, source } => (*part, format!("component {component}: {source}")),
+        SimulationError::Part {
+            part,
+            expected,
+            got,
+        } => (*part, format!("expected {expected}, got {got}")),
+        SimulationError::Signal {
+            part,
+            component,
+            source,
+        } => (*part, format!("component {component}: {source}")),
         SimulationError::Uncertain { part, source } => (*part, source.to_string()),
         SimulationError::Truncation { part, .. } => (*part, error.to_string()),
         SimulationError::Diverged { .. } => ("truth", error.to_string()),
@@ -214,7 +268,11 @@ fn noise(
     let n = variables.len();
     let sources = ["law", "signals", "alternatives", "file"];
     let table = field.any_table()?;
-    let given: Vec<&str> = sources.iter().copied().filter(|key| table.get(key).is_some()).collect();
+    let given: Vec<&str> = sources
+        .iter()
+        .copied()
+        .filter(|key| table.get(key).is_some())
+        .collect();
     let drawn_keys = [&["law", "truncate"][..], SET_KEYS, GAUSSIAN_KEYS].concat();
     match given[..] {
         ["law"] => table.only(&drawn_keys)?,
@@ -224,13 +282,19 @@ fn noise(
             return Err(field.fault("expected one of law, signals, alternatives, file, got none"));
         }
         [_, second, ..] => {
-            return Err(table.fault(second, format!("expected one of {}, got several", listed(sources))));
+            return Err(table.fault(
+                second,
+                format!("expected one of {}, got several", listed(sources)),
+            ));
         }
     }
     // Where no set is assumed there is none to stay inside of.
     let about = assumed.has_set().then(|| assumed.center.clone());
     if let Some(list) = table.get("signals") {
-        return Ok(Noise::Signals { terms: components(&list, n, terms)?, about });
+        return Ok(Noise::Signals {
+            terms: components(&list, n, terms)?,
+            about,
+        });
     }
     if let Some(list) = table.get("alternatives") {
         let alternatives = components(&list, n, |item| {
@@ -240,17 +304,29 @@ fn noise(
             }
             options.iter().map(terms).collect()
         })?;
-        return Ok(Noise::Alternatives { alternatives, about });
+        return Ok(Noise::Alternatives {
+            alternatives,
+            about,
+        });
     }
     if let Some(file) = table.get("file") {
-        return Ok(Noise::Data(data(&file, variables, prefix, vectors, folder)?));
+        return Ok(Noise::Data(data(
+            &file, variables, prefix, vectors, folder,
+        )?));
     }
     let names: Vec<&'static str> = Law::NAMES.iter().map(|(name, _)| *name).collect();
     let name = table.need("law", "a law")?.one_of(&names)?;
-    let (_, law) = *Law::NAMES.iter().find(|(known, _)| *known == name).expect("the law is one of them");
+    let (_, law) = *Law::NAMES
+        .iter()
+        .find(|(known, _)| *known == name)
+        .expect("the law is one of them");
     if law == Law::Zero {
         table.only(&["law"])?;
-        return Ok(Noise::Drawn(Drawn { law, of: Uncertain::point(vec![0.0; n]), truncate: false }));
+        return Ok(Noise::Drawn(Drawn {
+            law,
+            of: Uncertain::point(vec![0.0; n]),
+            truncate: false,
+        }));
     }
     let truncate = match table.get("truncate") {
         None => false,
@@ -262,7 +338,11 @@ fn noise(
     // The noise's own set or Gaussian replaces the assumed one, each as a whole.
     let own = set_part(&table, n)?;
     let mut of = match own {
-        Some(set) => Uncertain { mean: assumed.mean.clone(), covariance: assumed.covariance.clone(), ..set },
+        Some(set) => Uncertain {
+            mean: assumed.mean.clone(),
+            covariance: assumed.covariance.clone(),
+            ..set
+        },
         None => assumed.clone(),
     };
     if GAUSSIAN_KEYS.iter().any(|key| table.get(key).is_some()) {
@@ -271,7 +351,10 @@ fn noise(
     }
     check_uncertain(&table, &of, n)?;
     if truncate && of.bounds.is_none() {
-        return Err(table.fault("truncate", "expected a noise with a box, here or in [noise], got none"));
+        return Err(table.fault(
+            "truncate",
+            "expected a noise with a box, here or in [noise], got none",
+        ));
     }
     Ok(Noise::Drawn(Drawn { law, of, truncate }))
 }
@@ -295,19 +378,34 @@ fn terms(field: &Field) -> Result<Vec<Signal>, BadInput> {
     if field.is_table() {
         return Ok(vec![signal(field)?]);
     }
-    field.array("an array of signals")?.iter().map(signal).collect()
+    field
+        .array("an array of signals")?
+        .iter()
+        .map(signal)
+        .collect()
 }
 
 fn signal(field: &Field) -> Result<Signal, BadInput> {
     let table = field.any_table()?;
     let kinds: Vec<&'static str> = SIGNAL_KEYS.iter().map(|(kind, _)| *kind).collect();
-    let kind = table.need("kind", &format!("a kind of signal ({})", listed(kinds.iter().copied())))?.one_of(&kinds)?;
-    let (_, keys) = SIGNAL_KEYS.iter().find(|(name, _)| *name == kind).expect("the kind is one of them");
+    let kind = table
+        .need(
+            "kind",
+            &format!("a kind of signal ({})", listed(kinds.iter().copied())),
+        )?
+        .one_of(&kinds)?;
+    let (_, keys) = SIGNAL_KEYS
+        .iter()
+        .find(|(name, _)| *name == kind)
+        .expect("the kind is one of them");
     table.only(&[&["kind"], *keys].concat())?;
     let signal: Signal = deserialize(&table, &[])?;
-    signal
-        .validate()
-        .map_err(|fault| table.fault(fault.key, format!("expected {}, got {}", fault.expected, fault.got)))?;
+    signal.validate().map_err(|fault| {
+        table.fault(
+            fault.key,
+            format!("expected {}, got {}", fault.expected, fault.got),
+        )
+    })?;
     Ok(signal)
 }
 
@@ -318,12 +416,28 @@ fn delta(field: &Field, n: usize) -> Result<DeltaLaw, BadInput> {
     let table = field.any_table()?;
     if let Some(list) = table.get("signals") {
         table.only(&["signals"])?;
-        return Ok(DeltaLaw::Signals { terms: components(&list, n, terms)? });
+        return Ok(DeltaLaw::Signals {
+            terms: components(&list, n, terms)?,
+        });
     }
-    let law = table.need("law", &format!("a law ({}) or signals", listed(DeltaLaw::NAMES.iter().copied())))?;
+    let law = table.need(
+        "law",
+        &format!(
+            "a law ({}) or signals",
+            listed(DeltaLaw::NAMES.iter().copied())
+        ),
+    )?;
     let keys: &[&str] = match law.one_of(DeltaLaw::NAMES)? {
         "constant" => &["law", "value"],
-        "sine" => &["law", "period", "omega", "dt", "amplitude", "offset", "phase"],
+        "sine" => &[
+            "law",
+            "period",
+            "omega",
+            "dt",
+            "amplitude",
+            "offset",
+            "phase",
+        ],
         _ => &["law"],
     };
     table.only(keys)?;
@@ -344,7 +458,8 @@ pub fn inputs(
         if n == 0 {
             return Ok(Inputs::Constant(Vec::new()));
         }
-        let message = format!("inputs: expected a table, because the system has {n} inputs, got nothing");
+        let message =
+            format!("inputs: expected a table, because the system has {n} inputs, got nothing");
         return Err(root.fault_at(root.span(), message));
     };
     let sources = ["constant", "signals", "file", "controller"];
@@ -359,12 +474,22 @@ pub fn inputs(
         }
         ["controller"] => {
             let kind = system.kind();
-            let message = format!("expected a system with a controller of its own, got {kind}, which has none");
+            let message = format!(
+                "expected a system with a controller of its own, got {kind}, which has none"
+            );
             return Err(table.fault("controller", message));
         }
-        _ => return Err(section.fault(format!("expected one of {}, got {}", listed(sources), given.len()))),
+        _ => {
+            return Err(section.fault(format!(
+                "expected one of {}, got {}",
+                listed(sources),
+                given.len()
+            )));
+        }
     };
-    inputs.validate(n, steps).map_err(|error| point_at(root, &error))?;
+    inputs
+        .validate(n, steps)
+        .map_err(|error| point_at(root, &error))?;
     Ok(inputs)
 }
 
@@ -378,9 +503,14 @@ fn data(
 ) -> Result<Vec<Vec<f64>>, BadInput> {
     let name = field.string()?;
     let Some(folder) = folder else {
-        return Err(field.fault("expected no file, because this experiment is not in a folder, got one"));
+        return Err(
+            field.fault("expected no file, because this experiment is not in a folder, got one")
+        );
     };
-    let names: Vec<&str> = variables.iter().map(|variable| variable.name.as_str()).collect();
+    let names: Vec<&str> = variables
+        .iter()
+        .map(|variable| variable.name.as_str())
+        .collect();
     let rows = recorded::read(&folder.join(name), &names, prefix)?;
     rows.complete(vectors).map_err(|fault| field.fault(fault))
 }

@@ -23,7 +23,12 @@ pub struct Field<'a> {
 
 impl<'a> Table<'a> {
     /// `node` as a table at `path`, all of whose keys are among `keys`.
-    pub fn new(source: &'a Source, path: String, node: &'a Node, keys: &[&str]) -> Result<Self, BadInput> {
+    pub fn new(
+        source: &'a Source,
+        path: String,
+        node: &'a Node,
+        keys: &[&str],
+    ) -> Result<Self, BadInput> {
         if !matches!(node.value, Value::Table(_)) {
             let message = format!("{path}: expected a table, got {}", node.describe());
             return Err(source.fault(&node.span, message));
@@ -35,16 +40,28 @@ impl<'a> Table<'a> {
 
     /// Refuses keys that are not among `keys`.
     pub fn only(&self, keys: &[&str]) -> Result<(), BadInput> {
-        match self.node.entries().iter().find(|entry| !keys.contains(&entry.key.as_str())) {
+        match self
+            .node
+            .entries()
+            .iter()
+            .find(|entry| !keys.contains(&entry.key.as_str()))
+        {
             None => Ok(()),
             Some(entry) => {
-                let place = if self.path.is_empty() { String::new() } else { format!(" in {}", self.path) };
+                let place = if self.path.is_empty() {
+                    String::new()
+                } else {
+                    format!(" in {}", self.path)
+                };
                 let expected = match keys {
                     [] => "no key".into(),
                     keys => listed(keys.iter().copied()),
                 };
-                let message =
-                    format!("{}: unknown key{place}: expected {expected}, got {:?}", self.at(&entry.key), entry.key);
+                let message = format!(
+                    "{}: unknown key{place}: expected {expected}, got {:?}",
+                    self.at(&entry.key),
+                    entry.key
+                );
                 let fault = self.source.fault(&entry.key_span, message);
                 Err(match nearest(&entry.key, keys.iter().copied()) {
                     Some(near) => fault.with_help(format!("did you mean {near:?}?")),
@@ -55,13 +72,21 @@ impl<'a> Table<'a> {
     }
 
     fn at(&self, key: &str) -> String {
-        if self.path.is_empty() { key.into() } else { format!("{}.{key}", self.path) }
+        if self.path.is_empty() {
+            key.into()
+        } else {
+            format!("{}.{key}", self.path)
+        }
     }
 
     /// The value of `key`.
     pub fn get(&self, key: &str) -> Option<Field<'a>> {
         let entry: &Entry = self.node.get(key)?;
-        Some(Field { source: self.source, path: self.at(key), node: &entry.node })
+        Some(Field {
+            source: self.source,
+            path: self.at(key),
+            node: &entry.node,
+        })
     }
 
     /// The value of `key`, which must be there; `expected` says what it is.
@@ -74,8 +99,12 @@ impl<'a> Table<'a> {
 
     /// A fault of `key`, at its value if it is there, else at the table.
     pub fn fault(&self, key: &str, fault: impl std::fmt::Display) -> BadInput {
-        let span = self.node.get(key).map_or(&self.node.span, |entry| &entry.node.span);
-        self.source.fault(span, format!("{}: {fault}", self.at(key)))
+        let span = self
+            .node
+            .get(key)
+            .map_or(&self.node.span, |entry| &entry.node.span);
+        self.source
+            .fault(span, format!("{}: {fault}", self.at(key)))
     }
 
     /// A fault at `span`, with a message that names its key itself.
@@ -103,6 +132,11 @@ impl<'a> Table<'a> {
         &self.path
     }
 
+    /// The text of the whole file.
+    pub fn text(&self) -> &'a str {
+        &self.source.text
+    }
+
     /// The tree under it.
     pub fn node(&self) -> &'a Node {
         self.node
@@ -117,7 +151,8 @@ impl<'a> Field<'a> {
 
     /// A fault at this value.
     pub fn fault(&self, fault: impl std::fmt::Display) -> BadInput {
-        self.source.fault(&self.node.span, format!("{}: {fault}", self.path))
+        self.source
+            .fault(&self.node.span, format!("{}: {fault}", self.path))
     }
 
     /// A string.
@@ -131,13 +166,17 @@ impl<'a> Field<'a> {
     /// One of `names`, with a suggestion where it is none of them.
     pub fn one_of(&self, names: &[&'static str]) -> Result<&'static str, BadInput> {
         let text = self.string()?;
-        names.iter().copied().find(|name| *name == text).ok_or_else(|| {
-            let fault = self.expected(listed(names.iter().copied()));
-            match nearest(text, names.iter().copied()) {
-                Some(near) => fault.with_help(format!("did you mean {near:?}?")),
-                None => fault,
-            }
-        })
+        names
+            .iter()
+            .copied()
+            .find(|name| *name == text)
+            .ok_or_else(|| {
+                let fault = self.expected(listed(names.iter().copied()));
+                match nearest(text, names.iter().copied()) {
+                    Some(near) => fault.with_help(format!("did you mean {near:?}?")),
+                    None => fault,
+                }
+            })
     }
 
     /// A boolean.
@@ -158,7 +197,11 @@ impl<'a> Field<'a> {
     }
 
     /// An integer in `range`; `expected` describes it.
-    pub fn integer(&self, range: std::ops::RangeInclusive<i64>, expected: &str) -> Result<i64, BadInput> {
+    pub fn integer(
+        &self,
+        range: std::ops::RangeInclusive<i64>,
+        expected: &str,
+    ) -> Result<i64, BadInput> {
         match self.node.value {
             Value::Integer(i) if range.contains(&i) => Ok(i),
             _ => Err(self.expected(expected)),
@@ -176,7 +219,11 @@ impl<'a> Field<'a> {
             Value::Array(items) => Ok(items
                 .iter()
                 .enumerate()
-                .map(|(i, node)| Field { source: self.source, path: format!("{}[{}]", self.path, i + 1), node })
+                .map(|(i, node)| Field {
+                    source: self.source,
+                    path: format!("{}[{}]", self.path, i + 1),
+                    node,
+                })
                 .collect()),
             _ => Err(self.expected(expected)),
         }
@@ -209,7 +256,11 @@ impl<'a> Field<'a> {
             return Ok(Matrix::zeros(rows.unwrap_or(0), 0));
         }
         if rows.is_some_and(|rows| items.len() != rows) {
-            let got = if items.len() == 1 { "1 row".into() } else { format!("{} rows", items.len()) };
+            let got = if items.len() == 1 {
+                "1 row".into()
+            } else {
+                format!("{} rows", items.len())
+            };
             return Err(self.fault(format!("expected {expected}, got {got}")));
         }
         let mut data: Vec<Vec<f64>> = Vec::with_capacity(items.len());
@@ -228,7 +279,11 @@ impl<'a> Field<'a> {
     /// A table with any keys, to be checked once its kind is known.
     pub fn any_table(&self) -> Result<Table<'a>, BadInput> {
         match self.node.value {
-            Value::Table(_) => Ok(Table { source: self.source, path: self.path.clone(), node: self.node }),
+            Value::Table(_) => Ok(Table {
+                source: self.source,
+                path: self.path.clone(),
+                node: self.node,
+            }),
             _ => Err(self.expected("a table")),
         }
     }
@@ -254,7 +309,10 @@ impl<'a> Field<'a> {
 ///
 /// serde does not say which key was wrong. It is found by leaving keys out one by one: without the
 /// culprit, the complaint is another one.
-pub fn deserialize<T: serde::de::DeserializeOwned>(table: &Table, besides: &[&str]) -> Result<T, BadInput> {
+pub fn deserialize<T: serde::de::DeserializeOwned>(
+    table: &Table,
+    besides: &[&str],
+) -> Result<T, BadInput> {
     let mut object = serde_json::Map::new();
     for entry in table.node.entries() {
         if !besides.contains(&entry.key.as_str()) {
@@ -262,23 +320,31 @@ pub fn deserialize<T: serde::de::DeserializeOwned>(table: &Table, besides: &[&st
         }
     }
     let read = |object: &serde_json::Map<String, serde_json::Value>| {
-        serde_json::from_value::<T>(serde_json::Value::Object(object.clone())).map_err(|error| error.to_string())
+        serde_json::from_value::<T>(serde_json::Value::Object(object.clone()))
+            .map_err(|error| error.to_string())
     };
     read(&object).map_err(|complaint| {
-        let culprit = object.keys().filter(|key| *key != "kind" && *key != "law").find(|key| {
-            let mut without = object.clone();
-            without.remove(*key);
-            !read(&without).is_err_and(|other| other == complaint)
-        });
+        let culprit = object
+            .keys()
+            .filter(|key| *key != "kind" && *key != "law")
+            .find(|key| {
+                let mut without = object.clone();
+                without.remove(*key);
+                !read(&without).is_err_and(|other| other == complaint)
+            });
         // "missing field `phi`" names its key itself, and every key left out adds a missing one.
-        let missing = complaint.strip_prefix("missing field `").and_then(|rest| rest.split('`').next());
+        let missing = complaint
+            .strip_prefix("missing field `")
+            .and_then(|rest| rest.split('`').next());
         match (missing, culprit) {
             (Some(key), _) => table.fault(key, "expected a value, got nothing"),
             (None, Some(key)) => {
                 let fault = readable(&complaint);
                 table.fault(key, fault)
             }
-            (None, None) => table.source.fault(&table.node.span, format!("{}: {complaint}", table.path)),
+            (None, None) => table
+                .source
+                .fault(&table.node.span, format!("{}: {complaint}", table.path)),
         }
     })
 }
@@ -297,7 +363,11 @@ fn readable(complaint: &str) -> String {
                 "a boolean" => "true or false",
                 other => other,
             };
-            format!("expected {}, got {}", expected.replace('`', "\""), got.replace('`', "\""))
+            format!(
+                "expected {}, got {}",
+                expected.replace('`', "\""),
+                got.replace('`', "\"")
+            )
         }
         None => complaint.into(),
     }

@@ -118,7 +118,9 @@ impl Node {
             Value::Boolean(b) => (*b).into(),
             Value::Array(items) => items.iter().map(Node::to_json).collect(),
             Value::Table(entries) => {
-                let pairs = entries.iter().map(|entry| (entry.key.clone(), entry.node.to_json()));
+                let pairs = entries
+                    .iter()
+                    .map(|entry| (entry.key.clone(), entry.node.to_json()));
                 serde_json::Value::Object(pairs.collect())
             }
         }
@@ -145,8 +147,15 @@ impl Node {
                     let at = match entries.iter().position(|entry| entry.key == *step) {
                         Some(at) => at,
                         None => {
-                            let empty = Node { value: Value::Table(Vec::new()), span: place.clone() };
-                            entries.push(Entry { key: (*step).into(), key_span: place.clone(), node: empty });
+                            let empty = Node {
+                                value: Value::Table(Vec::new()),
+                                span: place.clone(),
+                            };
+                            entries.push(Entry {
+                                key: (*step).into(),
+                                key_span: place.clone(),
+                                node: empty,
+                            });
                             entries.len() - 1
                         }
                     };
@@ -189,18 +198,34 @@ impl Node {
     }
 }
 
-fn table(source: &Source, table: DeTable, span: Range<usize>, path: &str) -> Result<Node, BadInput> {
+fn table(
+    source: &Source,
+    table: DeTable,
+    span: Range<usize>,
+    path: &str,
+) -> Result<Node, BadInput> {
     let mut entries = Vec::with_capacity(table.len());
     for (key, value) in table {
         let (key_span, key) = (key.span(), key.into_inner().into_owned());
-        let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+        let path = if path.is_empty() {
+            key.clone()
+        } else {
+            format!("{path}.{key}")
+        };
         let value_span = value.span();
         let node = node(source, value.into_inner(), value_span, &path)?;
-        entries.push(Entry { key, key_span, node });
+        entries.push(Entry {
+            key,
+            key_span,
+            node,
+        });
     }
     // The parser sorts keys by name; a sweep runs in the order of the text.
     entries.sort_by_key(|entry| entry.key_span.start);
-    Ok(Node { value: Value::Table(entries), span })
+    Ok(Node {
+        value: Value::Table(entries),
+        span,
+    })
 }
 
 fn node(source: &Source, value: DeValue, span: Range<usize>, path: &str) -> Result<Node, BadInput> {
@@ -210,7 +235,8 @@ fn node(source: &Source, value: DeValue, span: Range<usize>, path: &str) -> Resu
         DeValue::Integer(integer) => match i64::from_str_radix(integer.as_str(), integer.radix()) {
             Ok(i) => Value::Integer(i),
             Err(_) => {
-                let message = format!("{path}: expected an integer of at most 63 bits, got {integer}");
+                let message =
+                    format!("{path}: expected an integer of at most 63 bits, got {integer}");
                 return Err(source.fault(&span, message));
             }
         },
@@ -222,13 +248,20 @@ fn node(source: &Source, value: DeValue, span: Range<usize>, path: &str) -> Resu
             }
         },
         DeValue::Datetime(date) => {
-            let message = format!("{path}: expected a number, a string, an array or a table, got the date {date}");
+            let message = format!(
+                "{path}: expected a number, a string, an array or a table, got the date {date}"
+            );
             return Err(source.fault(&span, message));
         }
         DeValue::Array(items) => {
             let items = items.into_iter().enumerate().map(|(i, item)| {
                 let item_span = item.span();
-                node(source, item.into_inner(), item_span, &format!("{path}[{}]", i + 1))
+                node(
+                    source,
+                    item.into_inner(),
+                    item_span,
+                    &format!("{path}[{}]", i + 1),
+                )
             });
             Value::Array(items.collect::<Result<_, _>>()?)
         }

@@ -37,12 +37,17 @@ pub fn variants(source: &Source, mut root: Node) -> Result<Vec<(String, Node)>, 
     let mut all = vec![(String::new(), root)];
     if let Some(cases) = cases {
         let Value::Array(cases) = cases.node.value else {
-            let message = format!("case: expected [[case]] tables, got {}", cases.node.describe());
+            let message = format!(
+                "case: expected [[case]] tables, got {}",
+                cases.node.describe()
+            );
             return Err(source.fault(&cases.node.span, message));
         };
         let (_, base) = all.remove(0);
         for mut case in cases {
-            let id = case.take("id").ok_or_else(|| source.fault(&case.span, "case.id: expected a string, got nothing"))?;
+            let id = case.take("id").ok_or_else(|| {
+                source.fault(&case.span, "case.id: expected a string, got nothing")
+            })?;
             let Value::String(name) = &id.node.value else {
                 let message = format!("case.id: expected a string, got {}", id.node.describe());
                 return Err(source.fault(&id.node.span, message));
@@ -83,9 +88,18 @@ fn apply(source: &Source, root: &mut Node, change: &Override) -> Result<(), BadI
 }
 
 /// The overrides in a (nested) table.
-fn collect(source: &Source, table: Node, path: &mut Vec<String>, into: &mut Vec<Override>) -> Result<(), BadInput> {
+fn collect(
+    source: &Source,
+    table: Node,
+    path: &mut Vec<String>,
+    into: &mut Vec<Override>,
+) -> Result<(), BadInput> {
     let Value::Table(entries) = table.value else {
-        let message = format!("{}: expected a table, got {}", path.join("."), table.describe());
+        let message = format!(
+            "{}: expected a table, got {}",
+            path.join("."),
+            table.describe()
+        );
         return Err(source.fault(&table.span, message));
     };
     for entry in entries {
@@ -93,11 +107,19 @@ fn collect(source: &Source, table: Node, path: &mut Vec<String>, into: &mut Vec<
         path.extend(entry.key.split('.').map(str::to_owned));
         changeable(source, path, &entry.key_span)?;
         // The level whose tables replace: below a section, or below an element of a list.
-        let leaf = if LISTS.contains(&path[0].as_str()) { 3 } else { 2 };
+        let leaf = if LISTS.contains(&path[0].as_str()) {
+            3
+        } else {
+            2
+        };
         if path.len() < leaf && matches!(entry.node.value, Value::Table(_)) {
             collect(source, entry.node, path, into)?;
         } else {
-            into.push(Override { path: path.clone(), place: entry.key_span, value: entry.node });
+            into.push(Override {
+                path: path.clone(),
+                place: entry.key_span,
+                value: entry.node,
+            });
         }
         path.truncate(depth);
     }
@@ -106,7 +128,11 @@ fn collect(source: &Source, table: Node, path: &mut Vec<String>, into: &mut Vec<
 
 fn changeable(source: &Source, path: &[String], place: &Range<usize>) -> Result<(), BadInput> {
     if FIXED.contains(&path[0].as_str()) {
-        let message = format!("{}: expected a key that a variant can change, got {:?}", path.join("."), path[0]);
+        let message = format!(
+            "{}: expected a key that a variant can change, got {:?}",
+            path.join("."),
+            path[0]
+        );
         return Err(source.fault(place, message));
     }
     Ok(())
@@ -125,8 +151,20 @@ fn axes(source: &Source, sweep: Node) -> Result<Vec<Vec<(String, Override)>>, Ba
                 .enumerate()
                 .map(|(i, value)| {
                     let part = format!("{key}{}", value_name(&value, i));
-                    check_suffix(source, &format!("sweep.{}", path.join(".")), &part, &value.span)?;
-                    Ok((part, Override { path: path.clone(), place: place.clone(), value }))
+                    check_suffix(
+                        source,
+                        &format!("sweep.{}", path.join(".")),
+                        &part,
+                        &value.span,
+                    )?;
+                    Ok((
+                        part,
+                        Override {
+                            path: path.clone(),
+                            place: place.clone(),
+                            value,
+                        },
+                    ))
                 })
                 .collect()
         })
@@ -136,7 +174,12 @@ fn axes(source: &Source, sweep: Node) -> Result<Vec<Vec<(String, Override)>>, Ba
 /// A swept key: its path, its place, its values.
 type Axis = (Vec<String>, Range<usize>, Vec<Node>);
 
-fn flatten(source: &Source, table: Node, path: &mut Vec<String>, into: &mut Vec<Axis>) -> Result<(), BadInput> {
+fn flatten(
+    source: &Source,
+    table: Node,
+    path: &mut Vec<String>,
+    into: &mut Vec<Axis>,
+) -> Result<(), BadInput> {
     let Value::Table(entries) = table.value else {
         let message = format!("sweep: expected a table, got {}", table.describe());
         return Err(source.fault(&table.span, message));
@@ -147,7 +190,9 @@ fn flatten(source: &Source, table: Node, path: &mut Vec<String>, into: &mut Vec<
         changeable(source, path, &entry.key_span)?;
         match entry.node.value {
             Value::Table(_) => flatten(source, entry.node, path, into)?,
-            Value::Array(values) if !values.is_empty() => into.push((path.clone(), entry.key_span, values)),
+            Value::Array(values) if !values.is_empty() => {
+                into.push((path.clone(), entry.key_span, values))
+            }
             _ => {
                 let message = format!(
                     "sweep.{}: expected an array of at least one value, got {}",
@@ -174,11 +219,18 @@ fn value_name(value: &Node, index: usize) -> String {
     }
 }
 
-fn check_suffix(source: &Source, key: &str, text: &str, place: &Range<usize>) -> Result<(), BadInput> {
+fn check_suffix(
+    source: &Source,
+    key: &str,
+    text: &str,
+    place: &Range<usize>,
+) -> Result<(), BadInput> {
     let fits = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '-';
     if !text.is_empty() && text.chars().all(fits) {
         return Ok(());
     }
-    let message = format!("{key}: expected lower-case letters, digits, _ and - (it becomes part of an id), got {text:?}");
+    let message = format!(
+        "{key}: expected lower-case letters, digits, _ and - (it becomes part of an id), got {text:?}"
+    );
     Err(source.fault(place, message))
 }

@@ -14,6 +14,7 @@ use crate::table;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use toml::de::DeValue;
 
 /// The code that this stage can reach.
 pub const CODE: &str = env!("ZONOBENCH_CODE_COMPARE");
@@ -323,19 +324,23 @@ pub fn four_digits(x: f64) -> String {
 /// The number that an experiment's file holds at `path`: keys joined by dots, `[i]` from 0, a list of tables
 /// entered by `id` or `name`.
 fn parameter(text: &str, path: &str) -> Option<f64> {
-    let mut at = toml::Value::Table(text.parse::<toml::Table>().ok()?);
+    let table = toml::de::DeTable::parse(text).ok()?;
+    let mut at = DeValue::Table(table.into_inner());
     for part in path.replace('[', ".[").split('.') {
         at = match (part.strip_prefix('[').and_then(|p| p.strip_suffix(']')), at) {
-            (Some(index), toml::Value::Array(items)) => items.into_iter().nth(index.parse().ok()?)?,
-            (None, toml::Value::Table(mut table)) => table.remove(part)?,
-            (None, toml::Value::Array(items)) => items.into_iter().find(|item| {
-                let key = |k| item.get(k).and_then(toml::Value::as_str);
+            (Some(index), DeValue::Array(items)) => {
+                items.into_iter().nth(index.parse().ok()?)?.into_inner()
+            }
+            (None, DeValue::Table(mut table)) => table.remove(part)?.into_inner(),
+            (None, DeValue::Array(items)) => items.into_iter().map(|item| item.into_inner()).find(|item| {
+                let key = |k| item.get(k).and_then(|v| v.as_ref().as_str());
                 key("id").or(key("name")) == Some(part)
             })?,
             _ => return None,
         };
     }
-    at.as_float().or_else(|| at.as_integer().map(|i| i as f64))
+    let number = at.as_float().map(|x| x.as_str().to_owned());
+    number.or_else(|| at.as_integer().map(|i| i.as_str().to_owned()))?.replace('_', "").parse().ok()
 }
 
 /// Each printed time beside ours, the mean time of a step in ms; `times` has the mean time of a step in ns

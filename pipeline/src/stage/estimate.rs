@@ -30,7 +30,7 @@ pub fn input(experiment: &Experiment, index: usize, data: &str) -> Value {
     json!({
         "estimator": e.id,
         "settings": e.settings,
-        "problem": experiment.problem_of(index),
+        "problem": e.problem,
         "steps": experiment.steps,
         "runs": experiment.runs,
         "sets": experiment.output.sets,
@@ -43,8 +43,6 @@ pub fn input(experiment: &Experiment, index: usize, data: &str) -> Value {
 pub struct Job<'a> {
     /// `paper/experiment`, for messages.
     pub name: String,
-    /// What every estimator is told.
-    pub problem: &'a Problem,
     /// The estimator.
     pub spec: &'a EstimatorSpec,
     /// The last step.
@@ -60,7 +58,6 @@ impl Job<'_> {
     pub fn of(experiment: &Experiment, index: usize) -> Job<'_> {
         Job {
             name: experiment.name(),
-            problem: &experiment.problem,
             spec: &experiment.estimators[index],
             steps: experiment.steps,
             output: &experiment.output,
@@ -88,7 +85,7 @@ pub fn describe(job: &Job) -> Result<EstimatorInfo, Error> {
 }
 
 fn build(job: &Job) -> Result<AnyEstimator, Error> {
-    job.spec.build(job.problem).map_err(|source| Error::Estimation {
+    AnyEstimator::new(&job.spec.settings, &job.spec.problem).map_err(|source| Error::Estimation {
         experiment: job.name.clone(),
         estimator: job.spec.id.clone(),
         run: 0,
@@ -164,7 +161,7 @@ struct Judged<'a> {
 
 impl<'a> Judged<'a> {
     fn new(job: &'a Job<'a>, estimator: &'a AnyEstimator) -> Self {
-        let variables = job.problem.system.variables();
+        let variables = job.spec.problem.system.variables();
         Self {
             job,
             estimator,

@@ -198,7 +198,7 @@ fn fold(
         bound: match spec.bound {
             Some(_) if s.kind != "box-state-est" => return Ok(Vec::new()),
             Some(bound) => {
-                Some(box_bound(&experiment.problem_of(index), bound).map_err(fail)?)
+                Some(box_bound(&experiment.estimators[index].problem, bound).map_err(fail)?)
             }
             None => None,
         },
@@ -247,7 +247,7 @@ fn box_bound(problem: &Problem, bound: Bound) -> Result<f64, EstimationError> {
         Bound::Corrected => width_bound(&parts.a, &parts.c)?,
     };
     let widest = |hull: IntervalVector| hull.iter().map(|side| side.hi() - side.lo()).fold(0.0, f64::max);
-    Ok(bound.width(widest(problem.v.box_hull()?), widest(problem.w.box_hull()?)))
+    Ok(bound.width(widest(problem.v.box_hull()), widest(problem.w.box_hull())))
 }
 
 struct Context<'a> {

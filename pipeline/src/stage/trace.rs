@@ -142,7 +142,7 @@ pub fn make(
 fn measurement_rows(experiment: &Experiment) -> Vec<MeasurementRow> {
     let problem = &experiment.problem;
     let Some(parts) = problem.system.linear_parts() else { return Vec::new() };
-    let Some(noise) = problem.v.has_set().then(|| problem.v.box_hull().ok()).flatten() else {
+    let Some(noise) = problem.v.has_set().then(|| problem.v.box_hull()) else {
         return Vec::new();
     };
     let names = problem.system.variables().y;

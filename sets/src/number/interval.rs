@@ -413,6 +413,9 @@ impl Mul for Interval {
                 lo: lo.next_down(),
                 hi: hi.next_up(),
             }
+        } else if self == Self::ZERO || b == Self::ZERO {
+            // Common in gradients, where most derivatives are zero.
+            Self::ZERO
         } else {
             careful_product(self, b)
         }
