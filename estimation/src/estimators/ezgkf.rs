@@ -91,7 +91,7 @@ impl Estimator for Ezgkf {
         let model = &self.model;
         let form = model.embed(k, belief)?;
         let (c, g) = (belief.state.c(), belief.state.g());
-        // Eq. (24)
+        // Eq. (22)
         let center = model.forecast_center(&form.a0, c, u_prev)?;
         // Eq. (25)
         let generators = forecast_generators(&form.a0, &form.a, c, g, &model.gw);

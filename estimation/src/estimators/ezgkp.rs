@@ -56,9 +56,9 @@ pub struct EzgkpSettings {
 /// A_i are those over the confidence box of the belief at k − 1.
 ///
 /// Its own paper was not at hand: both forms are reconstructions, and `ak` is the one whose products
-/// appear in the complexity that [dePaula] prints for it. Not guaranteed.
+/// appear in the complexity that \[dePaula\] prints for it. Not guaranteed.
 ///
-/// Source: [dePaula, Table I and Sec. V], after the predictor cited there as [8].
+/// Source: [dePaula, Table I and Sec. V], after the predictor cited there as \[8\].
 #[derive(Clone, Debug)]
 pub struct Ezgkp {
     model: MixedModel,

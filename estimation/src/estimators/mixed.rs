@@ -290,7 +290,7 @@ impl MixedModel {
     }
 
     /// Takes in a measurement: with T = I − K C,
-    /// c₊ = T c + K (y − D u − e), G₊ = [T G, −K Gᵛ], P₊ = T P Tᵀ + K R Kᵀ. [dePaula, Eqs. (25)-(28)]
+    /// c₊ = T c + K (y − D u − e), G₊ = [T G, −K Gᵛ], P₊ = T P Tᵀ + K R Kᵀ. [dePaula, Eqs. (19), (27), (28)]
     ///
     /// With `merge_parallel` the parallel columns of G are merged first. Returns the gain and the
     /// output rows used beside the corrected belief; None where nothing was measured.

@@ -7,13 +7,12 @@ mod ezgkp;
 mod kalman;
 mod linear_output;
 mod mixed;
+mod width_bound;
 
-pub use box_state_est::{
-    BoxStateEst, BoxStateEstSettings, BoxWindow, CONDITION_WARNING, Products, WidthBound,
-    printed_width_bound, width_bound,
-};
+pub use box_state_est::{BoxStateEst, BoxStateEstSettings, BoxWindow, CONDITION_WARNING, Products};
 pub use ezgkf::{Ezgkf, EzgkfSettings};
 pub use ezgkf_m::EzgkfM;
 pub use ezgkp::{Ezgkp, EzgkpSettings, Form};
 pub use kalman::{Gaussian, Kalman, KalmanSettings};
 pub use mixed::{Gain, MixedBelief, covariance_bound};
+pub use width_bound::{WidthBound, printed_width_bound, width_bound};
