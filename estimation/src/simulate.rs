@@ -298,27 +298,6 @@ impl Truth {
         Ok(())
     }
 
-    /// False if x_0 or a noise is drawn from a Gaussian that nothing truncates: no bounded set holds it
-    /// then, so that an estimator which is guaranteed under the assumption of one may lose the truth.
-    pub fn is_bounded(&self) -> bool {
-        let bounded = |noise: &Noise| match noise {
-            Noise::Drawn(d) => {
-                d.truncate
-                    || match d.law {
-                        Law::Gaussian => false,
-                        Law::Mixed => !d.of.has_gaussian(),
-                        Law::Uniform | Law::Vertices | Law::Zero => true,
-                    }
-            }
-            Noise::Signals { .. } | Noise::Alternatives { .. } | Noise::Data(_) => true,
-        };
-        let start = match &self.x0 {
-            InitialState::Point(_) => true,
-            InitialState::Drawn(of) => of.has_set(),
-        };
-        start && bounded(&self.w) && bounded(&self.v)
-    }
-
     /// The number of different runs: of deterministic noise, the number of combinations of
     /// alternatives; None where something is drawn.
     pub fn distinct_runs(&self) -> Option<u64> {
@@ -914,27 +893,6 @@ mod tests {
 
     fn message(truth: &Truth, system: &AnySystem) -> String {
         truth.validate(system, 10).unwrap_err().to_string()
-    }
-
-    #[test]
-    fn a_gaussian_is_bounded_only_where_it_is_truncated() {
-        let both = Uncertain {
-            covariance: Some(matrix(&[[0.12]])),
-            ..unit_box(1)
-        };
-        let noise = |law, truncate| {
-            Noise::Drawn(Drawn {
-                law,
-                of: both.clone(),
-                truncate,
-            })
-        };
-        let bounded = |v| truth(drawn(Law::Uniform, unit_box(2)), v).is_bounded();
-        assert!(bounded(noise(Law::Gaussian, true)));
-        assert!(bounded(noise(Law::Uniform, false)));
-        assert!(!bounded(noise(Law::Gaussian, false)));
-        assert!(!bounded(noise(Law::Mixed, false)));
-        assert!(bounded(drawn(Law::Mixed, unit_box(1))));
     }
 
     #[test]

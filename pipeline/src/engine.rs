@@ -204,12 +204,8 @@ where
 pub fn publications(finished: &Finished) -> Result<Vec<Publication<'static>>, Error> {
     let e = &finished.experiment;
     let path = |table: &str| table_path(table, &e.paper, &e.id);
-    let mut infos =
+    let infos =
         (0..e.estimators.len()).map(|i| estimate::describe(&Job::of(e, i))).collect::<Result<Vec<_>, _>>()?;
-    // A guarantee assumes bounded noise: where the truth is drawn from an untruncated Gaussian, none is given.
-    for info in &mut infos {
-        info.guaranteed &= e.truth.is_bounded();
-    }
     let mut files = vec![
         written(path("variables"), "simulate", estimate::variables(&e.problem)),
         copy(path("truth"), "truth", &finished.simulation, "truth.parquet")?,
