@@ -2,7 +2,7 @@
 
 use crate::report::about;
 use crate::report::markdown::{anchor, code, escaped, heading, table};
-use crate::report::page::{interval, smoke_run};
+use crate::report::page::{interval, label, smoke_run};
 use crate::report::source::Held;
 use crate::report::verdict::{self, is_as_written};
 use crate::rows::Comparison;
@@ -11,7 +11,10 @@ use crate::tables::is_finding;
 
 /// The front page.
 pub fn page(papers: &[Held]) -> String {
-    let compared: Vec<&Held> = papers.iter().filter(|p| !p.comparisons.is_empty()).collect();
+    let compared: Vec<&Held> = papers
+        .iter()
+        .filter(|p| !p.comparisons.is_empty())
+        .collect();
     let own: Vec<&Held> = papers.iter().filter(|p| p.comparisons.is_empty()).collect();
     let quick = compared.iter().any(|p| p.is_quick());
     let mut out = "# Results\n\n".to_owned();
@@ -39,15 +42,28 @@ pub fn page(papers: &[Held]) -> String {
 }
 
 fn introduction(papers: &[&Held], quick: bool) -> String {
-    let cells = || papers.iter().flat_map(|p| &p.comparisons).filter(|c| is_as_written(c));
+    let cells = || {
+        papers
+            .iter()
+            .flat_map(|p| &p.comparisons)
+            .filter(|c| is_as_written(c))
+    };
     let mut out = format!(
         "What {} paper{} on state estimation print{}, set beside what comes out when {} run as {} written: {} printed numbers \
          and claims",
         papers.len(),
         if papers.len() == 1 { "" } else { "s" },
         if papers.len() == 1 { "s" } else { "" },
-        if papers.len() == 1 { "it is" } else { "they are" },
-        if papers.len() == 1 { "it is" } else { "they are" },
+        if papers.len() == 1 {
+            "it is"
+        } else {
+            "they are"
+        },
+        if papers.len() == 1 {
+            "it is"
+        } else {
+            "they are"
+        },
         cells().count()
     );
     if quick {
@@ -57,9 +73,15 @@ fn introduction(papers: &[&Held], quick: bool) -> String {
     let parts: Vec<String> = [
         (count(&verdict::is_reproduced), "are reproduced"),
         (count(&|v| v == "differs"), "differ"),
-        (count(&|v| v == "does_not_hold"), "are claims that do not hold"),
+        (
+            count(&|v| v == "does_not_hold"),
+            "are claims that do not hold",
+        ),
         (count(&|v| v == "not_reproducible"), "could not be decided"),
-        (count(&|v| v == "lost_in_source"), "are lost in the text that we have"),
+        (
+            count(&|v| v == "lost_in_source"),
+            "are lost in the text that we have",
+        ),
         (count(&|v| v == "error"), "are in error, by a fault of ours"),
     ]
     .into_iter()
@@ -71,7 +93,9 @@ fn introduction(papers: &[&Held], quick: bool) -> String {
     let pages: Vec<String> = papers
         .iter()
         .map(|p| {
-            let title = about::reference(&p.name).map(|work| format!(": {}", escaped(&work.title))).unwrap_or_default();
+            let title = about::reference(&p.name)
+                .map(|work| format!(": {}", escaped(&work.title)))
+                .unwrap_or_default();
             format!("- [{0}]({1}/README.md){title}", escaped(&p.name), p.name)
         })
         .collect();
@@ -95,10 +119,21 @@ fn matrix(papers: &[&Held]) -> String {
     let verdicts: Vec<String> = all.into_iter().map(|(name, _)| name).collect();
     let counts = |cells: &[&Comparison]| {
         let counts = verdict::counts(cells.iter().copied());
-        let n = |name: &String| counts.iter().find(|(v, _)| v == name).map_or(0, |(_, n)| *n);
+        let n = |name: &String| {
+            counts
+                .iter()
+                .find(|(v, _)| v == name)
+                .map_or(0, |(_, n)| *n)
+        };
         let sum: usize = counts.iter().map(|(_, n)| n).sum();
-        let each = verdicts.iter().map(n).map(|n| if n == 0 { String::new() } else { n.to_string() });
-        [sum.to_string()].into_iter().chain(each).collect::<Vec<String>>()
+        let each = verdicts
+            .iter()
+            .map(n)
+            .map(|n| if n == 0 { String::new() } else { n.to_string() });
+        [sum.to_string()]
+            .into_iter()
+            .chain(each)
+            .collect::<Vec<String>>()
     };
     let mut rows = Vec::new();
     for paper in papers {
@@ -106,11 +141,19 @@ fn matrix(papers: &[&Held]) -> String {
         let all: Vec<&Comparison> = paper.comparisons.iter().collect();
         let name = escaped(&paper.name);
         let mut row = vec![format!("**[{name}]({page})**"), "**all**".to_owned()];
-        row.extend(counts(&all).into_iter().map(|n| if n.is_empty() { n } else { format!("**{n}**") }));
+        row.extend(
+            counts(&all)
+                .into_iter()
+                .map(|n| if n.is_empty() { n } else { format!("**{n}**") }),
+        );
         rows.push(row);
         for title in paper.tables() {
-            let cells: Vec<&Comparison> = all.iter().copied().filter(|c| &*c.table == title).collect();
-            let mut row = vec![name.clone(), format!("[{}]({page}#{})", escaped(title), anchor(title))];
+            let cells: Vec<&Comparison> =
+                all.iter().copied().filter(|c| &*c.table == title).collect();
+            let mut row = vec![
+                name.clone(),
+                format!("[{}]({page}#{})", escaped(title), anchor(title)),
+            ];
             row.extend(counts(&cells));
             rows.push(row);
         }
@@ -130,10 +173,15 @@ fn missing(papers: &[Held]) -> String {
     let absent = |of_ours: bool| -> Vec<String> {
         about::folders()
             .into_iter()
-            .filter(|folder| !papers.iter().any(|p| p.name == *folder && !p.comparisons.is_empty()))
+            .filter(|folder| {
+                !papers
+                    .iter()
+                    .any(|p| p.name == *folder && !p.comparisons.is_empty())
+            })
             .filter(|folder| known.contains(folder) == of_ours)
             .map(|folder| {
-                let work = about::reference(folder).expect("the folder was read from this reference");
+                let work =
+                    about::reference(folder).expect("the folder was read from this reference");
                 format!("- {}: {}", escaped(folder), escaped(&work.title))
             })
             .collect()
@@ -141,7 +189,10 @@ fn missing(papers: &[Held]) -> String {
     let mut out = String::new();
     let (not_run, not_there) = (absent(true), absent(false));
     if !not_run.is_empty() {
-        out += &format!("Not in this lake, `zonobench reproduce-all` makes them:\n\n{}\n\n", not_run.join("\n"));
+        out += &format!(
+            "Not in this lake, `zonobench reproduce-all` makes them:\n\n{}\n\n",
+            not_run.join("\n")
+        );
     }
     if !not_there.is_empty() {
         out += &format!(
@@ -159,13 +210,20 @@ fn findings(papers: &[&Held]) -> String {
             the command that shows it.\n\n";
     for paper in papers {
         out += &format!("### {}\n\n", escaped(&paper.name));
-        let found: Vec<&Comparison> =
-            paper.comparisons.iter().filter(|c| is_as_written(c) && is_finding(&c.verdict)).collect();
+        let found: Vec<&Comparison> = paper
+            .comparisons
+            .iter()
+            .filter(|c| is_as_written(c) && is_finding(&c.verdict))
+            .collect();
         if found.is_empty() {
             out += "None.\n\n";
         }
         for title in paper.tables() {
-            let cells: Vec<&Comparison> = found.iter().copied().filter(|c| &*c.table == title).collect();
+            let cells: Vec<&Comparison> = found
+                .iter()
+                .copied()
+                .filter(|c| &*c.table == title)
+                .collect();
             if !cells.is_empty() {
                 out += &of_table(paper, title, &cells);
             }
@@ -184,8 +242,9 @@ fn of_table(paper: &Held, title: &str, cells: &[&Comparison]) -> String {
         code(&format!("zonobench tables {} {title:?}", paper.name))
     );
     // Cells that were not decided, for one reason, are one finding.
-    let (undecided, decided): (Vec<&Comparison>, Vec<&Comparison>) =
-        cells.iter().partition(|c| &*c.verdict == "not_reproducible");
+    let (undecided, decided): (Vec<&Comparison>, Vec<&Comparison>) = cells
+        .iter()
+        .partition(|c| &*c.verdict == "not_reproducible");
     for c in decided {
         out += &format!("- {}", claim(c));
         if let Some(ours) = c.reproduced {
@@ -195,50 +254,70 @@ fn of_table(paper: &Held, title: &str, cells: &[&Comparison]) -> String {
                 out += &format!(" {interval}");
             }
         }
-        out += &format!(": {}. {}\n", verdict::shown(&c.verdict), escaped(&c.reason));
-        if let Some(words) = words(paper, c) {
-            out += &format!("  The paper: {}\n", escaped(words));
+        out += &format!(": {}. {}", verdict::shown(&c.verdict), escaped(&c.reason));
+        if let Some((asked, words)) = asked_for(paper, c) {
+            out += &format!("  \n  Asked for {}: {}", code(asked), escaped(words));
         }
+        out.push('\n');
     }
     let mut reasons: Vec<&str> = undecided.iter().map(|c| &*c.reason).collect();
     reasons.dedup();
     for reason in reasons {
         let same = undecided.iter().filter(|c| &*c.reason == reason);
         let claims: Vec<String> = same.map(|c| format!("  - {}\n", claim(c))).collect();
-        out += &format!("- {}: {}\n{}", verdict::shown("not_reproducible"), escaped(reason), claims.concat());
+        out += &format!(
+            "- {}: {}\n{}",
+            verdict::shown("not_reproducible"),
+            escaped(reason),
+            claims.concat()
+        );
     }
     out + "\n"
 }
 
 fn claim(c: &Comparison) -> String {
-    let column = if c.column.is_empty() { String::new() } else { format!(", {}", escaped(&c.column)) };
-    format!("**{}**{column}: printed “{}”", escaped(&c.row), escaped(&c.published))
+    let column = if c.column.is_empty() {
+        String::new()
+    } else {
+        format!(", {}", label(&c.column))
+    };
+    format!(
+        "**{}**{column}: printed “{}”",
+        label(&c.row),
+        escaped(&c.published)
+    )
 }
 
-/// The paper's own words of a claim.
-fn words<'a>(paper: &'a Held, c: &Comparison) -> Option<&'a str> {
+/// What must be measured for a claim to hold, and the words that say so.
+fn asked_for<'a>(paper: &'a Held, c: &Comparison) -> Option<(&'a str, &'a str)> {
     let published = &paper.paper.as_ref()?.published;
-    let cell = published.iter().find(|p| *p.table == *c.table && *p.row == *c.row && *p.column == *c.column)?;
-    (cell.kind == "claim" && !cell.reason.is_empty()).then_some(&cell.reason)
+    let cell = published
+        .iter()
+        .find(|p| *p.table == *c.table && *p.row == *c.row && *p.column == *c.column)?;
+    (cell.kind == "claim" && !cell.tolerance.is_empty()).then_some((&cell.tolerance, &cell.reason))
 }
 
 /// Claims that come out as written and turn under another reading.
 fn turned(paper: &Held) -> String {
-    let same = |a: &Comparison, b: &Comparison| a.table == b.table && a.row == b.row && a.column == b.column;
+    let same = |a: &Comparison, b: &Comparison| {
+        a.table == b.table && a.row == b.row && a.column == b.column
+    };
     let lines: Vec<String> = paper
         .comparisons
         .iter()
         .filter(|c| !is_as_written(c) && matches!(&*c.verdict, "differs" | "does_not_hold"))
         .filter(|c| {
-            let mut written = paper.comparisons.iter().filter(|w| is_as_written(w) && same(w, c));
+            let mut written = paper
+                .comparisons
+                .iter()
+                .filter(|w| is_as_written(w) && same(w, c));
             written.any(|w| verdict::is_reproduced(&w.verdict))
         })
         .map(|c| {
             format!(
-                "- {} ({}): {}, and {} *{}*: {}. {}\n",
+                "- {} ({}): holds as written, and {} *{}*: {}. {}\n",
                 claim(c),
                 escaped(&c.table),
-                "holds as written",
                 verdict::shown(&c.verdict),
                 escaped(&c.reading),
                 c.reproduced.map(four_digits).unwrap_or_default(),
@@ -249,22 +328,36 @@ fn turned(paper: &Held) -> String {
     if lines.is_empty() {
         return String::new();
     }
-    format!("**As written, but not under another reading**\n\n{}\n", lines.concat())
+    format!(
+        "**As written, but not under another reading**\n\n{}\n",
+        lines.concat()
+    )
 }
 
 /// The user's own experiments.
 fn own_experiments(own: &[&Held]) -> String {
     let mut out = heading(2, "Experiments", "Experiments");
-    out += "Experiments that are compared with no printed number; their scores are on their page.\n\n";
+    out +=
+        "Experiments that are compared with no printed number; their scores are on their page.\n\n";
     for held in own {
         let list: Vec<String> = held
             .experiments
             .iter()
             .map(|id| {
-                format!("[{}]({}/README.md#{})", escaped(id), held.name, anchor(&format!("experiment {id}")))
+                format!(
+                    "[{}]({}/README.md#{})",
+                    escaped(id),
+                    held.name,
+                    anchor(&format!("experiment {id}"))
+                )
             })
             .collect();
-        out += &format!("- [{}]({}/README.md): {}\n", escaped(&held.name), held.name, list.join(", "));
+        out += &format!(
+            "- [{}]({}/README.md): {}\n",
+            escaped(&held.name),
+            held.name,
+            list.join(", ")
+        );
     }
     out + "\n"
 }

@@ -15,7 +15,11 @@ use crate::stage::compare::four_digits;
 use std::collections::BTreeSet;
 
 /// The page and the figures of `held`: (file name, text).
-pub fn of(source: &Source, held: &Held, times: &[RecordedTime]) -> Result<Vec<(String, String)>, Error> {
+pub fn of(
+    source: &Source,
+    held: &Held,
+    times: &[RecordedTime],
+) -> Result<Vec<(String, String)>, Error> {
     let about = about::find(&held.name);
     let figures = match about {
         Some(about) => about.figures(source, held.paper.as_ref())?,
@@ -82,12 +86,21 @@ fn contents(held: &Held, figures: &[Figure]) -> String {
     if !tables.is_empty() {
         parts.push(format!("Tables and claims: {}", tables.join(" · ")));
     }
-    let figures: Vec<String> = figures.iter().map(|f| format!("[{}](#{})", f.name, drawing_anchor(f))).collect();
+    let figures: Vec<String> = figures
+        .iter()
+        .map(|f| format!("[{}](#{})", f.name, drawing_anchor(f)))
+        .collect();
     if !figures.is_empty() {
         parts.push(format!("Figures: {}", figures.join(" · ")));
     }
-    parts.push(link("Run it again"));
+    parts.push(link(experiments_heading(held)));
     parts.join("  \n") + "\n\n"
+}
+
+/// A row's or column's label; the levels of one are joined by `|` in `published.csv`.
+pub fn label(text: &str) -> String {
+    let levels: Vec<String> = text.split('|').map(escaped).collect();
+    levels.join(" · ")
 }
 
 /// A figure may have printed numbers too: its picture has another place than their table.
@@ -107,7 +120,11 @@ fn tables(held: &Held) -> String {
             written, with the corrections that its README in `experiments/` lists; lines with ↳ are other readings with \
             a name. **They are not the paper's equations**: they show what reaches the printed number, or what a claim turns into.\n\n";
     for name in held.tables() {
-        let cells: Vec<&Comparison> = held.comparisons.iter().filter(|c| &*c.table == name).collect();
+        let cells: Vec<&Comparison> = held
+            .comparisons
+            .iter()
+            .filter(|c| &*c.table == name)
+            .collect();
         out += &heading(3, name, &escaped(name));
         let counted: Vec<String> = verdict::counts(cells.iter().copied())
             .iter()
@@ -121,6 +138,9 @@ fn tables(held: &Held) -> String {
         let exact = exact_rows(&cells);
         let (parameters, others): (Vec<&Comparison>, Vec<&Comparison>) =
             cells.into_iter().partition(|c| exact.contains(&*c.row));
+        if let Some(grid) = grid(name, &others) {
+            out += &format!("As the paper lays it out, published → reproduced:\n\n{grid}\n");
+        }
         if !others.is_empty() {
             out += &full(&others);
             out.push('\n');
@@ -129,7 +149,13 @@ fn tables(held: &Held) -> String {
             let rows: Vec<Vec<String>> = parameters
                 .iter()
                 .map(|c| {
-                    vec![escaped(&c.row), escaped(&c.column), escaped(&c.published), ours(c), verdict::shown(&c.verdict)]
+                    vec![
+                        label(&c.row),
+                        label(&c.column),
+                        escaped(&c.published),
+                        ours(c),
+                        verdict::shown(&c.verdict),
+                    ]
                 })
                 .collect();
             let summary = format!("{} parameters, all exact", parameters.len());
@@ -164,12 +190,79 @@ pub fn interval(c: &Comparison) -> String {
     }
 }
 
+/// A table of numbers in the paper's own layout, the paper as written and every reading that there is of most
+/// of its cells; None for what is no such table.
+fn grid(name: &str, cells: &[&Comparison]) -> Option<String> {
+    let labels = |of: fn(&Comparison) -> &str| {
+        let mut labels: Vec<&str> = Vec::new();
+        for label in cells.iter().map(|c| of(c)) {
+            if !labels.contains(&label) {
+                labels.push(label);
+            }
+        }
+        labels
+    };
+    let (rows, columns) = (labels(|c| &c.row), labels(|c| &c.column));
+    let numbers = cells
+        .iter()
+        .filter(|c| verdict::is_as_written(c) && c.reproduced.is_some())
+        .count();
+    let whole = rows.len() * columns.len();
+    if !name.starts_with("Table") || rows.len() < 2 || columns.len() < 2 || 2 * numbers <= whole {
+        return None;
+    }
+    let mut lines = Vec::new();
+    for row in rows {
+        for reading in labels(|c| &c.reading) {
+            let of = |c: &&&Comparison| &*c.reading == reading;
+            if 2 * cells.iter().filter(of).count() <= whole {
+                continue;
+            }
+            let written = reading == "as-written";
+            let first = if written {
+                label(row)
+            } else {
+                format!("↳ *{}*", escaped(reading))
+            };
+            let values = columns.iter().map(|column| {
+                let cell = cells
+                    .iter()
+                    .filter(of)
+                    .find(|c| &*c.row == row && &*c.column == *column);
+                cell.map_or_else(String::new, |c| {
+                    let printed = if c.published.is_empty() {
+                        "lost"
+                    } else {
+                        &c.published
+                    };
+                    let mark = verdict::mark(&c.verdict);
+                    match c.reproduced {
+                        Some(ours) => {
+                            format!("{} → {} {mark}", escaped(printed), four_digits(ours))
+                        }
+                        None => format!("{} {mark}", escaped(printed)),
+                    }
+                })
+            });
+            lines.push([first].into_iter().chain(values).collect());
+        }
+    }
+    let header: Vec<String> = [String::new()]
+        .into_iter()
+        .chain(columns.iter().map(|c| label(c)))
+        .collect();
+    Some(table(
+        &header.iter().map(String::as_str).collect::<Vec<_>>(),
+        &lines,
+    ))
+}
+
 fn full(cells: &[&Comparison]) -> String {
     let rows: Vec<Vec<String>> = cells
         .iter()
         .map(|c| {
             let (row, column) = if verdict::is_as_written(c) {
-                (escaped(&c.row), escaped(&c.column))
+                (label(&c.row), label(&c.column))
             } else {
                 (String::new(), format!("↳ *{}*", escaped(&c.reading)))
             };
@@ -184,12 +277,27 @@ fn full(cells: &[&Comparison]) -> String {
             ]
         })
         .collect();
-    table(&["row", "column", "published", "reproduced", "interval", "verdict", "reason"], &rows)
+    table(
+        &[
+            "row",
+            "column",
+            "published",
+            "reproduced",
+            "interval",
+            "verdict",
+            "reason",
+        ],
+        &rows,
+    )
 }
 
 /// The printed times beside the recorded ones.
 fn times_of(held: &Held, times: &[RecordedTime]) -> String {
-    let printed: Vec<&Published> = held.published.iter().filter(|p| &*p.kind == "timing").collect();
+    let printed: Vec<&Published> = held
+        .published
+        .iter()
+        .filter(|p| &*p.kind == "timing")
+        .collect();
     if printed.is_empty() {
         return String::new();
     }
@@ -202,21 +310,35 @@ fn times_of(held: &Held, times: &[RecordedTime]) -> String {
         .iter()
         .map(|p| {
             let recorded = cell(p).and_then(|c| {
-                let of = |estimator: &str| timings::find(times, &held.name, &c.experiment, estimator);
+                let of =
+                    |estimator: &str| timings::find(times, &held.name, &c.experiment, estimator);
                 let time = of(&c.estimator)?;
                 processors.insert(time.processor.as_str());
                 if c.over.is_empty() {
                     return Some(format!("{} µs", four_digits(time.median_step_us)));
                 }
                 let ratio = time.median_step_us / of(&c.over)?.median_step_us;
-                Some(format!("{} of the time of {}", four_digits(ratio), escaped(&c.over)))
+                Some(format!(
+                    "{} of the time of {}",
+                    four_digits(ratio),
+                    escaped(&c.over)
+                ))
             });
             let printed = format!("{} {}", p.printed, p.unit);
             vec![
-                format!("{}, {}, {}", escaped(&p.table), escaped(&p.row), escaped(&p.column)),
+                format!(
+                    "{}, {}, {}",
+                    escaped(&p.table),
+                    label(&p.row),
+                    label(&p.column)
+                ),
                 escaped(printed.trim()),
                 recorded.unwrap_or_else(|| "not recorded".to_owned()),
-                held.paper.as_ref().and_then(|paper| reason(paper, p)).map(escaped).unwrap_or_default(),
+                held.paper
+                    .as_ref()
+                    .and_then(|paper| reason(paper, p))
+                    .map(escaped)
+                    .unwrap_or_default(),
             ]
         })
         .collect();
@@ -227,7 +349,15 @@ fn times_of(held: &Held, times: &[RecordedTime]) -> String {
         [] => " (`just record-timings` writes it).\n\n".to_owned(),
         some => format!(", on {}.\n\n", escaped(&some.join(", "))),
     };
-    out + &table(&["cell", "published", "recorded, a step", "what the paper says of it"], &rows) + "\n"
+    out + &table(
+        &[
+            "cell",
+            "published",
+            "recorded, a step",
+            "what the paper says of it",
+        ],
+        &rows,
+    ) + "\n"
 }
 
 fn is_of(p: &Published, c: &Cell) -> bool {
@@ -236,7 +366,10 @@ fn is_of(p: &Published, c: &Cell) -> bool {
 
 /// What `published.csv` says about a printed number.
 fn reason<'a>(paper: &'a Paper, p: &Published) -> Option<&'a str> {
-    let found = paper.published.iter().find(|q| *q.table == *p.table && *q.row == *p.row && *q.column == *p.column);
+    let found = paper
+        .published
+        .iter()
+        .find(|q| *q.table == *p.table && *q.row == *p.row && *q.column == *p.column);
     found.map(|q| q.reason.as_str())
 }
 
@@ -257,9 +390,16 @@ fn figure_section(figure: &Figure) -> String {
                 code(&data.experiment),
                 escaped(&data.seed)
             );
-            let files: Vec<String> = data.files.iter().map(|f| format!("- {}", code(f))).collect();
-            let queries: Vec<String> =
-                data.sql.iter().map(|sql| format!("zonobench query \"{sql}\"")).collect();
+            let files: Vec<String> = data
+                .files
+                .iter()
+                .map(|f| format!("- {}", code(f)))
+                .collect();
+            let queries: Vec<String> = data
+                .sql
+                .iter()
+                .map(|sql| format!("zonobench query \"{sql}\""))
+                .collect();
             let body = format!(
                 "Files below the lake:\n\n{}\n\n```sh\n{}\n```",
                 files.join("\n"),
@@ -272,12 +412,28 @@ fn figure_section(figure: &Figure) -> String {
     out
 }
 
+fn experiments_heading(held: &Held) -> &'static str {
+    if held.comparisons.is_empty() {
+        "Experiments"
+    } else {
+        "Run it again"
+    }
+}
+
 /// The experiments: those of a published paper with their files, others with their scores.
 fn experiments(source: &Source, held: &Held) -> Result<String, Error> {
-    let mut out = heading(2, "Run it again", "Run it again");
-    let published = |id: &String| held.paper.as_ref().is_some_and(|p| p.experiments.iter().any(|e| e.id == *id));
+    let name = experiments_heading(held);
+    let mut out = heading(2, name, name);
+    let published = |id: &String| {
+        held.paper
+            .as_ref()
+            .is_some_and(|p| p.experiments.iter().any(|e| e.id == *id))
+    };
     let compared = !held.comparisons.is_empty();
-    let (ours, own): (Vec<&String>, Vec<&String>) = held.experiments.iter().partition(|id| compared && published(id));
+    let (ours, own): (Vec<&String>, Vec<&String>) = held
+        .experiments
+        .iter()
+        .partition(|id| compared && published(id));
     if let Some(paper) = held.paper.as_ref().filter(|_| compared) {
         out += &format!(
             "```sh\nzonobench reproduce-all --paper {name}     # all of it\n{one}\
@@ -294,7 +450,7 @@ fn experiments(source: &Source, held: &Held) -> Result<String, Error> {
         return Ok(out);
     }
     if !compared {
-        out += "Experiments of this lake and their scores: the mean over the runs, its spread and the 95 % interval of the \
+        out += "The experiments of this lake and their scores: the mean over the runs, its spread and the 95 % interval of the \
                 mean. `zonobench run FILE.toml` runs one again.\n\n";
     }
     for id in own {
@@ -308,10 +464,23 @@ fn files(paper: &Paper, ids: &[&String]) -> String {
     let mut rows: Vec<Vec<String>> = Vec::new();
     let mut last = "";
     for id in ids {
-        let Some(e) = paper.experiments.iter().find(|e| e.id == **id) else { continue };
-        let Experiment { title, seed, runs, steps, estimators, .. } = &**e;
+        let Some(e) = paper.experiments.iter().find(|e| e.id == **id) else {
+            continue;
+        };
+        let Experiment {
+            title,
+            seed,
+            runs,
+            steps,
+            estimators,
+            ..
+        } = &**e;
         let file = paper.file(id).unwrap_or_default();
-        let shown = if file == last { String::new() } else { code(&format!("experiments/{file}")) };
+        let shown = if file == last {
+            String::new()
+        } else {
+            code(&format!("experiments/{file}"))
+        };
         last = file;
         let estimators: Vec<String> = estimators.iter().map(|e| escaped(&e.id)).collect();
         rows.push(vec![
@@ -324,7 +493,10 @@ fn files(paper: &Paper, ids: &[&String]) -> String {
             estimators.join(", "),
         ]);
     }
-    table(&["file", "experiment", "", "seed", "runs", "k", "estimators"], &rows)
+    table(
+        &["file", "experiment", "", "seed", "runs", "k", "estimators"],
+        &rows,
+    )
 }
 
 /// An experiment of the user's own: its estimators and scores.
@@ -338,18 +510,39 @@ fn own_experiment(source: &Source, paper: &str, id: &str) -> Result<String, Erro
         .iter()
         .map(|e| {
             let guaranteed = if e.guaranteed { "guaranteed" } else { "" };
-            vec![escaped(&e.estimator), escaped(&e.kind), guaranteed.to_owned(), escaped(&e.reads), code(&e.settings)]
+            vec![
+                escaped(&e.estimator),
+                escaped(&e.kind),
+                guaranteed.to_owned(),
+                escaped(&e.reads),
+                code(&e.settings),
+            ]
         })
         .collect();
     if !estimators.is_empty() {
-        out += &table(&["estimator", "kind", "its sets", "reads", "settings"], &estimators);
+        out += &table(
+            &["estimator", "kind", "its sets", "reads", "settings"],
+            &estimators,
+        );
         out.push('\n');
     }
     let scores: Vec<Vec<String>> = source.scores(paper, id)?.iter().map(score).collect();
     if scores.is_empty() {
         out += "It has no metric.\n\n";
     } else {
-        out += &table(&["estimator", "metric", "component", "over", "runs", "mean", "sd", "95 % of the mean"], &scores);
+        out += &table(
+            &[
+                "estimator",
+                "metric",
+                "component",
+                "over",
+                "runs",
+                "mean",
+                "sd",
+                "95 % of the mean",
+            ],
+            &scores,
+        );
         out.push('\n');
     }
     out += &format!(

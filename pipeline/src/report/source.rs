@@ -115,7 +115,11 @@ impl FirstRun {
     pub fn is_inside(&self, estimator: &str, phase: &str, k: i32) -> bool {
         self.states.iter().all(|(name, _)| {
             let trail = self.trail(estimator, phase, name);
-            let ends = (trail.lower.get(&k), self.state(name).get(&k), trail.upper.get(&k));
+            let ends = (
+                trail.lower.get(&k),
+                self.state(name).get(&k),
+                trail.upper.get(&k),
+            );
             matches!(ends, (Some(lower), Some(x), Some(upper)) if lower <= x && x <= upper)
         })
     }
@@ -133,15 +137,24 @@ impl Source {
     /// Everything that the lake holds, the published papers in their order, then the user's own.
     pub fn papers(&self) -> Result<Vec<Held>, Error> {
         let mut found: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
-        for PathKeys { paper, experiment } in self.entries.iter().map(|e| lake::path_keys(&e.path)) {
+        for PathKeys { paper, experiment } in self.entries.iter().map(|e| lake::path_keys(&e.path))
+        {
             if let Some(paper) = paper {
                 found.entry(paper).or_default().extend(experiment);
             }
         }
         let known = papers::names();
         let mut names: Vec<&str> = found.keys().copied().collect();
-        names.sort_by_key(|name| (known.iter().position(|k| k == name).unwrap_or(known.len()), *name));
-        names.into_iter().map(|name| self.held(name, &found[name])).collect()
+        names.sort_by_key(|name| {
+            (
+                known.iter().position(|k| k == name).unwrap_or(known.len()),
+                *name,
+            )
+        });
+        names
+            .into_iter()
+            .map(|name| self.held(name, &found[name]))
+            .collect()
     }
 
     fn held(&self, name: &str, experiments: &BTreeSet<&str>) -> Result<Held, Error> {
@@ -210,7 +223,10 @@ impl Source {
             covariances: BTreeMap::new(),
         };
         for row in rows_of_first_run::<Truth>(&path("truth"))? {
-            run.truth.entry(row.component.to_string()).or_default().insert(row.k, row.value);
+            run.truth
+                .entry(row.component.to_string())
+                .or_default()
+                .insert(row.k, row.value);
         }
         for row in rows_of_first_run::<Measurement>(&path("measurements"))? {
             let values = run.measured.entry(row.component.to_string()).or_default();
@@ -247,7 +263,10 @@ fn seed(path: &Path) -> Result<Option<String>, Error> {
     let file = File::open(path).map_err(|e| Error::io("open", path, e))?;
     let reader = SerializedFileReader::new(file).map_err(|e| Error::parquet(path, e))?;
     let values = reader.metadata().file_metadata().key_value_metadata();
-    let found = values.into_iter().flatten().find(|v| v.key == "zonobench.seed_root");
+    let found = values
+        .into_iter()
+        .flatten()
+        .find(|v| v.key == "zonobench.seed_root");
     Ok(found.and_then(|v| v.value.clone()))
 }
 
@@ -258,11 +277,17 @@ fn rows_of_first_run<R: Row>(path: &Path) -> Result<Vec<R>, Error> {
         expected: format!("column {column} of table {}", R::TABLE),
         got: "another type".to_owned(),
     };
-    let column = R::columns().iter().position(|c| c.name == "run").ok_or_else(|| failed("run"))?;
+    let column = R::columns()
+        .iter()
+        .position(|c| c.name == "run")
+        .ok_or_else(|| failed("run"))?;
     let mut rows = Vec::new();
     for batch in table::batches::<R>(path)? {
         let batch = batch?;
-        let runs = batch.column(column).as_primitive_opt::<Int32Type>().ok_or_else(|| failed("run"))?;
+        let runs = batch
+            .column(column)
+            .as_primitive_opt::<Int32Type>()
+            .ok_or_else(|| failed("run"))?;
         for i in (0..batch.num_rows()).filter(|i| runs.value(*i) == 0) {
             rows.push(R::from_columns(batch.columns(), i).map_err(failed)?);
         }

@@ -58,7 +58,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("timings.csv");
         assert_eq!(read(&path).unwrap(), []);
-        let text = "paper,experiment,estimator,median_step_us,processor\nbox,a,kalman,0.5,\"CPU, fast\"\n";
+        let text =
+            "paper,experiment,estimator,median_step_us,processor\nbox,a,kalman,0.5,\"CPU, fast\"\n";
         std::fs::write(&path, text).unwrap();
         let times = read(&path).unwrap();
         let time = find(&times, "box", "a", "kalman").unwrap();

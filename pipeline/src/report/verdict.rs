@@ -84,9 +84,7 @@ pub const ALL: &[Verdict] = &[
 
 /// Place of a verdict in [`ALL`], the last for an unknown one.
 pub fn rank(name: &str) -> usize {
-    ALL.iter()
-        .position(|v| v.name == name)
-        .unwrap_or(ALL.len())
+    ALL.iter().position(|v| v.name == name).unwrap_or(ALL.len())
 }
 
 /// Mark and name.
@@ -95,6 +93,11 @@ pub fn shown(name: &str) -> String {
         Some(v) => format!("{} {}", v.mark, v.name),
         None => markdown::escaped(name),
     }
+}
+
+/// The mark alone.
+pub fn mark(name: &str) -> &'static str {
+    ALL.get(rank(name)).map_or("", |v| v.mark)
 }
 
 /// Whether the paper's number or claim came out.

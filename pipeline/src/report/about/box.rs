@@ -1,14 +1,15 @@
 //! box: Figs. 3 to 9 of [MeslemRamdani].
 
-use super::{About, Data, Drawing, Figure, listed};
+use super::{About, Data, Drawing, Figure, at_steps};
 use crate::error::Error;
 use crate::experiment::Experiment;
 use crate::papers::Paper;
-use crate::report::source::{FirstRun, Source};
+use crate::report::source::{FirstRun, Source, Trail};
 use crate::stage::compare::four_digits;
 use crate::svg::{self, Axis, Colour, Marker, Panel, Series, ellipse, rectangle};
 use std::collections::BTreeMap;
 use zonobench_estimation::System;
+use zonobench_estimation::system::Variable;
 use zonobench_sets::ellipsoid::chi_square_isf;
 
 pub const ABOUT: About = About {
@@ -52,7 +53,9 @@ fn draw(source: &Source, paper: Option<&Paper>) -> Result<Vec<Figure>, Error> {
         ("scenario-a", "scenario A", ["Fig. 3", "Fig. 4", "Fig. 5"]),
         ("scenario-b", "scenario B", ["Fig. 7", "Fig. 8", "Fig. 9"]),
     ] {
-        let Some(run) = source.first_run("box", experiment)? else { continue };
+        let Some(run) = source.first_run("box", experiment)? else {
+            continue;
+        };
         if experiment == "scenario-b" {
             let system = paper.and_then(|p| p.experiments.iter().find(|e| e.id == experiment));
             figures.push(signals(&run, experiment, system.map(|e| &**e)));
@@ -78,7 +81,10 @@ fn draw(source: &Source, paper: Option<&Paper>) -> Result<Vec<Figure>, Error> {
 }
 
 fn points(values: &BTreeMap<i32, f64>) -> Vec<[f64; 2]> {
-    values.iter().map(|(k, value)| [f64::from(*k), *value]).collect()
+    values
+        .iter()
+        .map(|(k, value)| [f64::from(*k), *value])
+        .collect()
 }
 
 fn steps() -> Axis {
@@ -91,14 +97,26 @@ fn states(run: &FirstRun, scenario: &str, data: Data) -> Drawing {
         let kalman = run.trail(KALMAN.0, KALMAN.1, name);
         let estimate = run.trail(BOX.0, BOX.1, name);
         let (lower, upper) = (points(&estimate.lower), points(&estimate.upper));
-        let band = lower.iter().zip(&upper).map(|(l, u)| [l[0], l[1], u[1]]).collect();
+        let band = lower
+            .iter()
+            .zip(&upper)
+            .map(|(l, u)| [l[0], l[1], u[1]])
+            .collect();
         let enclosure = "box of Box-State-Est";
-        let line = |colour, label: &str, points| Series::Line { label: label.to_owned(), colour, points };
+        let line = |colour, label: &str, points| Series::Line {
+            label: label.to_owned(),
+            colour,
+            points,
+        };
         Panel {
             x: steps(),
             y: Axis::new(name, unit),
             series: vec![
-                Series::Band { label: enclosure.to_owned(), colour: Colour::Grey, points: band },
+                Series::Band {
+                    label: enclosure.to_owned(),
+                    colour: Colour::Grey,
+                    points: band,
+                },
                 line(Colour::Black, enclosure, lower),
                 line(Colour::Black, enclosure, upper),
                 line(Colour::Blue, "state", points(run.state(name))),
@@ -124,7 +142,10 @@ fn states(run: &FirstRun, scenario: &str, data: Data) -> Drawing {
         ..svg::Figure::default()
     };
     let all = 0..=run.last();
-    let inside = all.clone().filter(|k| run.is_inside(BOX.0, BOX.1, *k)).count();
+    let inside = all
+        .clone()
+        .filter(|k| run.is_inside(BOX.0, BOX.1, *k))
+        .count();
     let outside: Vec<i32> = all
         .filter(|k| {
             run.states.iter().any(|(name, _)| {
@@ -140,18 +161,25 @@ fn states(run: &FirstRun, scenario: &str, data: Data) -> Drawing {
     let caption = format!(
         "In the paper: states continuous blue, Kalman estimate dashed red, midpoint of the box dotted green, the box \
          bold black; so here. The Kalman estimate is the prediction x̂_{{k|k−1}}. The state is in the box at {inside} of \
-         {} steps; steps at which the Kalman prediction is outside of the box: k = {}.",
+         {} steps; steps at which the Kalman prediction is outside of the box: {}.",
         run.last() + 1,
-        listed(&outside)
+        at_steps(&outside)
     );
-    Drawing { svg: figure.to_svg(), caption, data }
+    Drawing {
+        svg: figure.to_svg(),
+        caption,
+        data,
+    }
 }
 
 /// x − x̂ by k.
 fn error(run: &FirstRun, (estimator, phase): (&str, &str), component: &str) -> BTreeMap<i32, f64> {
     let center = &run.trail(estimator, phase, component).center;
     let state = run.state(component);
-    center.iter().filter_map(|(k, c)| Some((*k, state.get(k)? - c))).collect()
+    center
+        .iter()
+        .filter_map(|(k, c)| Some((*k, state.get(k)? - c)))
+        .collect()
 }
 
 /// Root mean square of the errors from k = 1.
@@ -186,7 +214,8 @@ fn errors(run: &FirstRun, scenario: &str, data: Data) -> Drawing {
         ..svg::Figure::default()
     };
     let measured = run.states.iter().map(|(name, _)| {
-        let [kalman, midpoint, filtered] = [KALMAN, BOX, FILTERED].map(|of| four_digits(rms(&error(run, of, name))));
+        let [kalman, midpoint, filtered] =
+            [KALMAN, BOX, FILTERED].map(|of| four_digits(rms(&error(run, of, name))));
         format!("{name}: {kalman} and {midpoint} ({filtered} for the filtered estimate)")
     });
     let caption = format!(
@@ -195,7 +224,11 @@ fn errors(run: &FirstRun, scenario: &str, data: Data) -> Drawing {
          not in the figure.",
         measured.collect::<Vec<_>>().join("; ")
     );
-    Drawing { svg: figure.to_svg(), caption, data }
+    Drawing {
+        svg: figure.to_svg(),
+        caption,
+        data,
+    }
 }
 
 /// Figs. 5 and 9.
@@ -204,11 +237,12 @@ fn sets(run: &FirstRun, scenario: &str, data: Data) -> Result<Drawing, String> {
         return Err("the ellipses are drawn for two states".to_owned());
     };
     let levels = [0.99, 0.9];
-    let radii = levels.map(|p| chi_square_isf(1.0 - p, 2).expect("0 < 1 - p < 1 and two degrees of freedom"));
+    let radii = levels
+        .map(|p| chi_square_isf(1.0 - p, 2).expect("0 < 1 - p < 1 and two degrees of freedom"));
     let mut within: [Vec<i32>; 2] = Default::default();
     let mut panels = Vec::new();
     for k in INSTANTS {
-        let corner = |end: fn(&crate::report::source::Trail) -> &BTreeMap<i32, f64>, of: (&str, &str)| {
+        let corner = |end: fn(&Trail) -> &BTreeMap<i32, f64>, of: (&str, &str)| {
             let at = |name: &str| end(run.trail(of.0, of.1, name)).get(&k).copied();
             Some([at(first)?, at(second)?])
         };
@@ -222,13 +256,25 @@ fn sets(run: &FirstRun, scenario: &str, data: Data) -> Result<Drawing, String> {
         ) else {
             continue;
         };
-        let outline = |radius: f64| ellipse(center, [[radius * p11, radius * p12], [radius * p21, radius * p22]]);
+        let outline = |radius: f64| {
+            ellipse(
+                center,
+                [[radius * p11, radius * p12], [radius * p21, radius * p22]],
+            )
+        };
         for (radius, within) in radii.iter().zip(&mut within) {
             let reach = [(radius * p11).sqrt(), (radius * p22).sqrt()];
             if (0..2).all(|i| low[i] <= center[i] - reach[i] && center[i] + reach[i] <= high[i]) {
                 within.push(k);
             }
         }
+        // A dot in a ring is seen on an edge too.
+        let state = |marker| Series::Points {
+            label: "state".to_owned(),
+            colour: Colour::Black,
+            marker,
+            points: vec![[*x1, *x2]],
+        };
         let mut dashed = outline(radii[1]);
         dashed.extend(dashed.first().copied());
         panels.push(Panel {
@@ -253,12 +299,8 @@ fn sets(run: &FirstRun, scenario: &str, data: Data) -> Result<Drawing, String> {
                     colour: Colour::Vermilion,
                     points: dashed,
                 },
-                Series::Points {
-                    label: "state".to_owned(),
-                    colour: Colour::Black,
-                    marker: Marker::Dot,
-                    points: vec![[*x1, *x2]],
-                },
+                state(Marker::Ring),
+                state(Marker::Dot),
             ],
             equal: false,
         });
@@ -275,12 +317,16 @@ fn sets(run: &FirstRun, scenario: &str, data: Data) -> Result<Drawing, String> {
     };
     let caption = format!(
         "Ellipses of the Kalman prediction (x̂_{{k|k−1}}, G_{{k|k−1}}): the caption of the paper has p = 0.99, the text of \
-         Section IV-A 0.9, so both are drawn. Axes differ from panel to panel. Of the {shown} ellipses in the boxes: with \
-         p = 0.99 those of k = {}, with p = 0.9 those of k = {}.",
-        listed(&within[0]),
-        listed(&within[1])
+         Section IV-A 0.9, so both are drawn. Axes differ from panel to panel. Of the {shown} ellipses inside their box: with \
+         p = 0.99 {}; with p = 0.9 {}.",
+        at_steps(&within[0]),
+        at_steps(&within[1])
     );
-    Ok(Drawing { svg: figure.to_svg(), caption, data })
+    Ok(Drawing {
+        svg: figure.to_svg(),
+        caption,
+        data,
+    })
 }
 
 /// Fig. 6: d_k = x_{k+1} − f(x_k, 0) and v_k = y_k − h(x_k, 0), from what the lake holds of x and y.
@@ -291,18 +337,25 @@ fn signals(run: &FirstRun, experiment: &str, published: Option<&Experiment>) -> 
         drawing,
     };
     let Some(published) = published else {
-        return figure(Err("the experiment is not one that comes with this program".to_owned()));
+        return figure(Err(
+            "the experiment is not one that comes with this program".to_owned(),
+        ));
     };
     let system = &published.problem.system;
     let variables = system.variables();
     let [n, n_w, n_v] = [&variables.x, &variables.w, &variables.v].map(Vec::len);
-    let at = |values: &BTreeMap<String, BTreeMap<i32, f64>>, names: &[zonobench_estimation::system::Variable], k: i32| {
-        names.iter().map(|v| values.get(&v.name)?.get(&k).copied()).collect::<Option<Vec<f64>>>()
+    let at = |values: &BTreeMap<String, BTreeMap<i32, f64>>, names: &[Variable], k: i32| {
+        names
+            .iter()
+            .map(|v| values.get(&v.name)?.get(&k).copied())
+            .collect::<Option<Vec<f64>>>()
     };
     let mut d = vec![Vec::new(); n];
     let mut v = Vec::new();
     for k in 0..=run.last() {
-        let Some(x) = at(&run.truth, &variables.x, k) else { continue };
+        let Some(x) = at(&run.truth, &variables.x, k) else {
+            continue;
+        };
         let step = f64::from(k);
         let mut next = vec![0.0; n];
         system.f(k as usize, &x, &[], &vec![0.0; n_w], &mut next);
@@ -317,17 +370,28 @@ fn signals(run: &FirstRun, experiment: &str, published: Option<&Experiment>) -> 
             v.extend(measured.first().zip(y.first()).map(|(m, y)| [step, m - y]));
         }
     }
-    let names = d.iter().enumerate().map(|(i, _)| format!("d{}", i + 1)).chain(["v".to_owned()]);
-    let panels = names.zip(d.iter().chain([&v])).enumerate().map(|(i, (name, points))| Panel {
-        x: steps(),
-        y: Axis { min: Some(-1.2), max: Some(1.2), ..Axis::new(&name, "1") },
-        series: vec![Series::Line {
-            label: String::new(),
-            colour: Colour::nth(i),
-            points: points.clone(),
-        }],
-        ..Panel::default()
-    });
+    let names = d
+        .iter()
+        .enumerate()
+        .map(|(i, _)| format!("d{}", i + 1))
+        .chain(["v".to_owned()]);
+    let panels = names
+        .zip(d.iter().chain([&v]))
+        .enumerate()
+        .map(|(i, (name, points))| Panel {
+            x: steps(),
+            y: Axis {
+                min: Some(-1.2),
+                max: Some(1.2),
+                ..Axis::new(&name, "1")
+            },
+            series: vec![Series::Line {
+                label: String::new(),
+                colour: Colour::nth(i),
+                points: points.clone(),
+            }],
+            ..Panel::default()
+        });
     let drawn = svg::Figure {
         title: "State disturbances d and measurement noise v, scenario B".to_owned(),
         columns: 3,

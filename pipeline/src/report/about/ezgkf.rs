@@ -19,7 +19,7 @@ pub const ABOUT: About = About {
            compared with **EZGKP**, the predictor of earlier work that reads y_{k−1}.\n\n\
            Case study 1 (Section V-A) is a Van der Pol oscillator in quasi-LPV form, case study 2 (Section V-B) a \
            linear system with one uncertain entry. The paper finds that the filters have smaller errors and boxes \
-           than the predictor, and at no higher cost.",
+           than the predictor, and expects them to be no slower.",
     not_drawn: "",
     draw,
 };
@@ -56,7 +56,9 @@ const SHOWN: [Shown; 2] = [
 ];
 
 fn draw(source: &Source, _: Option<&Paper>) -> Result<Vec<Figure>, Error> {
-    let Some(run) = source.first_run("ezgkf", EXPERIMENT)? else { return Ok(Vec::new()) };
+    let Some(run) = source.first_run("ezgkf", EXPERIMENT)? else {
+        return Ok(Vec::new());
+    };
     let drawing = if run.last() < *WINDOW.end() {
         Err(format!(
             "it shows k = {} to {}, and this run ends at k = {}",
@@ -68,7 +70,11 @@ fn draw(source: &Source, _: Option<&Paper>) -> Result<Vec<Figure>, Error> {
         Ok(boxes(&run))
     };
     let title = "Confidence boxes and centers, Van der Pol oscillator".to_owned();
-    Ok(vec![Figure { name: "Fig. 1", title, drawing }])
+    Ok(vec![Figure {
+        name: "Fig. 1",
+        title,
+        drawing,
+    }])
 }
 
 fn boxes(run: &FirstRun) -> Drawing {
@@ -86,23 +92,39 @@ fn boxes(run: &FirstRun) -> Drawing {
                     points: points.iter().map(|p| [p[0], p[end]]).collect(),
                 });
             }
-            series.push(Series::Band { label, colour: s.boxes, points });
+            series.push(Series::Band {
+                label,
+                colour: s.boxes,
+                points,
+            });
         }
         for s in &SHOWN {
             let center = &run.trail(s.estimator, s.phase, name).center;
             series.push(Series::Line {
                 label: format!("{} center", s.label),
                 colour: s.centers,
-                points: center.range(WINDOW).map(|(k, c)| [f64::from(*k), *c]).collect(),
+                points: center
+                    .range(WINDOW)
+                    .map(|(k, c)| [f64::from(*k), *c])
+                    .collect(),
             });
         }
         series.push(Series::Points {
             label: "true state".to_owned(),
             colour: Colour::Black,
             marker: Marker::Dot,
-            points: run.state(name).range(WINDOW).map(|(k, x)| [f64::from(*k), *x]).collect(),
+            points: run
+                .state(name)
+                .range(WINDOW)
+                .map(|(k, x)| [f64::from(*k), *x])
+                .collect(),
         });
-        Panel { x: Axis::new("step k", ""), y: Axis::new(name, unit), series, ..Panel::default() }
+        Panel {
+            x: Axis::new("step k", ""),
+            y: Axis::new(name, unit),
+            series,
+            ..Panel::default()
+        }
     });
     let figure = svg::Figure {
         title: "Van der Pol oscillator: confidence boxes of EZGKP and EZGKF".to_owned(),
@@ -113,12 +135,18 @@ fn boxes(run: &FirstRun) -> Drawing {
     let measured = SHOWN.iter().map(|s| {
         let radii = run.states.iter().map(|(name, _)| {
             let trail = run.trail(s.estimator, s.phase, name);
-            let widths: Vec<f64> =
-                WINDOW.filter_map(|k| Some(trail.upper.get(&k)? - trail.lower.get(&k)?)).collect();
-            format!("{} in {name}", four_digits(widths.iter().sum::<f64>() / 2.0 / widths.len().max(1) as f64))
+            let widths: Vec<f64> = WINDOW
+                .filter_map(|k| Some(trail.upper.get(&k)? - trail.lower.get(&k)?))
+                .collect();
+            format!(
+                "{} in {name}",
+                four_digits(widths.iter().sum::<f64>() / 2.0 / widths.len().max(1) as f64)
+            )
         });
         let radii: Vec<String> = radii.collect();
-        let inside = WINDOW.filter(|k| run.is_inside(s.estimator, s.phase, *k)).count();
+        let inside = WINDOW
+            .filter(|k| run.is_inside(s.estimator, s.phase, *k))
+            .count();
         format!(
             "{} has a mean radius of {}, and holds the state at {inside} of {} steps",
             s.label,
@@ -144,8 +172,16 @@ fn boxes(run: &FirstRun) -> Drawing {
         run,
         &[
             ("k, component, value", "truth", &truth),
-            ("estimator, k, component, center, lower, upper", "estimates", &condition),
+            (
+                "estimator, k, component, center, lower, upper",
+                "estimates",
+                &condition,
+            ),
         ],
     );
-    Drawing { svg: figure.to_svg(), caption, data }
+    Drawing {
+        svg: figure.to_svg(),
+        caption,
+        data,
+    }
 }

@@ -61,8 +61,10 @@ pub struct Data {
 impl Data {
     /// What was drawn from `tables` of an experiment, and the queries as `(columns, table, condition)`.
     fn of(paper: &str, experiment: &str, run: &FirstRun, queries: &[(&str, &str, &str)]) -> Self {
-        let mut files: Vec<String> =
-            queries.iter().map(|(_, table, _)| lake::table_path(table, paper, experiment)).collect();
+        let mut files: Vec<String> = queries
+            .iter()
+            .map(|(_, table, _)| lake::table_path(table, paper, experiment))
+            .collect();
         files.dedup();
         let sql = queries.iter().map(|(columns, table, condition)| {
             let condition = if condition.is_empty() { String::new() } else { format!(" AND {condition}") };
@@ -106,7 +108,9 @@ pub struct Reference {
 pub fn reference(folder: &str) -> Option<Reference> {
     REFERENCES.split("\n@").find_map(|entry| {
         let field = |name: &str| {
-            let line = entry.lines().find(|line| line.split('=').next().is_some_and(|key| key.trim() == name))?;
+            let line = entry
+                .lines()
+                .find(|line| line.split('=').next().is_some_and(|key| key.trim() == name))?;
             let value = line.split_once('=')?.1.trim().trim_end_matches(',');
             Some(value.replace(['{', '}'], ""))
         };
@@ -129,7 +133,9 @@ pub fn reference(folder: &str) -> Option<Reference> {
             citation += &field("pages").map(|p| format!(", {p}")).unwrap_or_default();
             citation += &field("year").map(|y| format!(" ({y})")).unwrap_or_default();
         }
-        citation += &field("doi").map(|doi| format!(". doi:{doi}")).unwrap_or_default();
+        citation += &field("doi")
+            .map(|doi| format!(". doi:{doi}"))
+            .unwrap_or_default();
         citation += ".";
         if !note.trim().is_empty() {
             citation += &format!(" {}", note.trim());
@@ -145,16 +151,18 @@ pub fn reference(folder: &str) -> Option<Reference> {
 /// The folders of the bibliography's papers, in order.
 pub fn folders() -> Vec<&'static str> {
     let after = REFERENCES.split("Folder experiments/").skip(1);
-    after.filter_map(|rest| rest.split(|c: char| !c.is_alphanumeric()).next()).collect()
+    after
+        .filter_map(|rest| rest.split(|c: char| !c.is_alphanumeric()).next())
+        .collect()
 }
 
-/// Numbers in a sentence: `1, 41 and 81`.
-fn listed(numbers: &[i32]) -> String {
-    let texts: Vec<String> = numbers.iter().map(i32::to_string).collect();
+/// Steps in a sentence: `k = 1, 41 and 81`.
+fn at_steps(steps: &[i32]) -> String {
+    let texts: Vec<String> = steps.iter().map(i32::to_string).collect();
     match texts.as_slice() {
         [] => "none".to_owned(),
-        [one] => one.clone(),
-        [most @ .., last] => format!("{} and {last}", most.join(", ")),
+        [one] => format!("k = {one}"),
+        [most @ .., last] => format!("k = {} and {last}", most.join(", ")),
     }
 }
 
@@ -183,8 +191,9 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_listed_as_in_a_sentence() {
-        assert_eq!(listed(&[]), "none");
-        assert_eq!(listed(&[1, 41, 81]), "1, 41 and 81");
+    fn steps_are_listed_as_in_a_sentence() {
+        assert_eq!(at_steps(&[]), "none");
+        assert_eq!(at_steps(&[7]), "k = 7");
+        assert_eq!(at_steps(&[1, 41, 81]), "k = 1, 41 and 81");
     }
 }
