@@ -9,6 +9,7 @@ pub mod ellipsoid;
 pub mod error;
 pub mod interval_matrix;
 pub mod interval_vector;
+pub mod lp;
 pub mod matrix;
 pub mod number;
 pub mod ops;
