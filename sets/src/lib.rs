@@ -4,6 +4,7 @@
 //! input gives the same bits on every processor, because products and sums have a fixed order, no
 //! multiplication is fused, and transcendental functions come from `libm`.
 
+pub mod constrained_zonotope;
 pub mod containment;
 pub mod ellipsoid;
 pub mod error;
@@ -18,6 +19,7 @@ pub mod rounding;
 pub mod zonotope;
 pub mod zonotopic_gaussian;
 
+pub use constrained_zonotope::ConstrainedZonotope;
 pub use containment::Containment;
 pub use ellipsoid::Ellipsoid;
 pub use error::SetError;

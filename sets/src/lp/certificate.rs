@@ -192,11 +192,11 @@ impl Program {
         }
     }
 
-    /// The greatest excess of |Aξ − b|, rounding included, over δ + σ: at most 0 if ξ is verified.
-    /// Leaves b − Aξ in `residual`. |ξ| ≤ 1 is the caller's.
+    /// The greatest excess of |Aξ − b| + reserve, rounding included, over δ + σ: at most 0 if ξ is
+    /// verified. Leaves b − Aξ in `residual`. |ξ| ≤ 1 is the caller's; no reserve is zero.
     ///
     /// σ_i = 2γ_{n+2}(|A_i|1 + |b_i|) + 2η. The computed residual is off by at most γ_{n+1}(|A_i|1 + |b_i|).
-    pub(super) fn missing(&self, xi: &[f64], residual: &mut Vec<f64>) -> f64 {
+    pub(super) fn missing(&self, xi: &[f64], reserve: &[f64], residual: &mut Vec<f64>) -> f64 {
         residual.clear();
         residual.resize(self.rows, 0.0);
         let (error, sigma) = (gamma(self.cols + 1), 2.0 * gamma(self.cols + 2));
@@ -206,8 +206,9 @@ impl Program {
             let value = row.iter().zip(xi).fold(self.b[i], |s, (&a, &x)| s - a * x);
             *residual = value;
             let size = abs_sum(row) + self.b[i].abs();
-            let miss = up(value.abs() + error * size, self.cols + 4);
-            let allowed = (self.delta[i] + sigma * size) * (1.0 - gamma(self.cols + 4)) + 2.0 * ETA;
+            let kept = reserve.get(i).map_or(0.0, |r| r * self.scale[i]);
+            let miss = up(value.abs() + error * size + kept, self.cols + 5);
+            let allowed = (self.delta[i] + sigma * size) * (1.0 - gamma(self.cols + 5)) + 2.0 * ETA;
             let excess = miss - allowed;
             worst = if excess.is_nan() {
                 f64::INFINITY

@@ -228,6 +228,11 @@ impl LinearProgram {
     /// Whether { |ξ| ≤ 1, |Aξ − b| ≤ δ } is empty: by a certified Farkas vector, by a verified point, or
     /// undecided.
     pub fn emptiness(&mut self) -> Emptiness {
+        self.emptiness_with_reserve(&[])
+    }
+
+    /// As [`LinearProgram::emptiness`], but a point counts only if it keeps |Aξ − b| + reserve ≤ δ + σ.
+    pub(crate) fn emptiness_with_reserve(&mut self, reserve: &[f64]) -> Emptiness {
         if self.proved_empty {
             return Emptiness::Empty;
         }
@@ -250,7 +255,9 @@ impl LinearProgram {
             self.work.unfinished += u64::from(outcome != Outcome::Optimal);
             self.simplex.point(&mut self.point);
             for _ in 0..3 {
-                let missing = self.program.missing(&self.point, &mut self.row_residual);
+                let missing = self
+                    .program
+                    .missing(&self.point, reserve, &mut self.row_residual);
                 margin = margin.min(missing);
                 if missing <= 0.0 {
                     return Emptiness::NonEmpty(self.point.clone());
