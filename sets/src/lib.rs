@@ -16,6 +16,7 @@ pub mod number;
 pub mod ops;
 pub mod reduction;
 pub mod rounding;
+pub mod strip;
 pub mod zonotope;
 pub mod zonotopic_gaussian;
 

@@ -3,82 +3,10 @@
 
 mod exact;
 
-use exact::{Q, Source, q, qs};
+use exact::{Q, Source, known, product, q, up};
 use num_traits::{Signed, ToPrimitive, Zero};
 use zonobench_sets::lp::Emptiness;
 use zonobench_sets::{ConstrainedZonotope, Containment, Interval, Matrix, SetError, Zonotope};
-
-/// A set and an exact point of it: coordinates ξ and x = c + G ξ + s.
-struct Known {
-    set: ConstrainedZonotope,
-    xi: Vec<Q>,
-    x: Vec<Q>,
-}
-
-/// At least the exact nonnegative value.
-fn up(x: &Q) -> f64 {
-    x.to_f64().unwrap().next_up()
-}
-
-fn product(m: &Matrix, v: &[Q]) -> Vec<Q> {
-    (0..m.rows())
-        .map(|i| {
-            m.row(i)
-                .iter()
-                .zip(v)
-                .fold(Q::zero(), |s, (&a, x)| s + q(a) * x)
-        })
-        .collect()
-}
-
-/// A set of scattered scales with a known point, r and δ at rounding level or larger.
-fn known(s: &mut Source, n: usize, rows: usize, cols: usize) -> Known {
-    let size = s.scale(6.0);
-    let g = Matrix::from_fn(n, cols, |_, _| {
-        if s.below(6) == 0 {
-            0.0
-        } else {
-            s.normal() * size
-        }
-    });
-    let a = Matrix::from_fn(
-        rows,
-        cols,
-        |_, _| if s.below(6) == 0 { 0.0 } else { s.normal() },
-    );
-    let c: Vec<f64> = (0..n)
-        .map(|_| s.normal() * size * [0.0, 1.0, 1e6][s.below(3)])
-        .collect();
-    let xi: Vec<f64> = (0..cols)
-        .map(|_| [s.sym(), 1.0, -1.0][s.below(3)])
-        .collect();
-    let xi = qs(&xi);
-    let b: Vec<f64> = product(&a, &xi)
-        .iter()
-        .map(|b| b.to_f64().unwrap())
-        .collect();
-    let delta = product(&a, &xi)
-        .iter()
-        .zip(&b)
-        .map(|(e, &b)| up(&(e - q(b)).abs()))
-        .collect();
-    let r: Vec<f64> = (0..n)
-        .map(|_| [0.0, 1e-16 * size, 0.1 * size][s.below(3)])
-        .collect();
-    let x = product(&g, &xi);
-    let x = x
-        .iter()
-        .zip(&c)
-        .zip(&r)
-        .map(|((x, &c), &r)| x + q(c) + q(r))
-        .collect();
-    let z = Zonotope::with_rounding(c, g, r).unwrap();
-    Known {
-        set: ConstrainedZonotope::with_slack(z, a, b, delta).unwrap(),
-        xi,
-        x,
-    }
-}
 
 /// x = c + G ξ + s with |ξ| ≤ 1, |A ξ − b| ≤ δ, |s| ≤ r, exactly.
 fn holds(set: &ConstrainedZonotope, xi: &[Q], x: &[Q]) -> bool {

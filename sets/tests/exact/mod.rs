@@ -3,8 +3,8 @@
 #![allow(dead_code)] // Each test binary uses a part of it.
 
 use num_rational::BigRational;
-use num_traits::{Signed, Zero};
-use zonobench_sets::Matrix;
+use num_traits::{Signed, ToPrimitive, Zero};
+use zonobench_sets::{ConstrainedZonotope, Matrix, Zonotope};
 
 pub type Q = BigRational;
 
@@ -35,14 +35,33 @@ pub fn core(a: &Matrix, b: &[f64], delta: &[f64], d: &[f64], y: &[f64]) -> Q {
 }
 
 /// max dᵀξ over |Aξ − b| ≤ δ, |ξ| ≤ 1, exactly; `None` if there is no such ξ.
+pub fn maximum(a: &Matrix, b: &[f64], delta: &[f64], d: &[f64]) -> Option<Q> {
+    maximum_over(a, qs(b), &qs(delta), d)
+}
+
+/// Whether x = c + G ξ + s for some |ξ| ≤ 1, |A ξ − b| ≤ δ, |s| ≤ r, exactly.
+pub fn has(set: &ConstrainedZonotope, x: &[Q]) -> bool {
+    let rows = Matrix::vcat(&[set.g(), set.a()]);
+    let offset = x.iter().zip(set.c()).map(|(x, &c)| x - q(c));
+    let right = offset.chain(qs(set.b())).collect();
+    let slack = qs(&[set.r(), set.delta()].concat());
+    maximum_over(&rows, right, &slack, &vec![0.0; rows.cols()]).is_some()
+}
+
+/// [`maximum`] for a right side and a slack that are not f64.
 ///
 /// A bounded dual simplex by the smallest-index rule, which ends in exact arithmetic.
-pub fn maximum(a: &Matrix, b: &[f64], delta: &[f64], d: &[f64]) -> Option<Q> {
+fn maximum_over(a: &Matrix, mut right: Vec<Q>, delta: &[Q], d: &[f64]) -> Option<Q> {
     let (m, n) = (a.rows(), a.cols());
     let one = q(1.0);
-    let range = |v: usize| if v < n { one.clone() } else { q(delta[v - n]) };
+    let range = |v: usize| {
+        if v < n {
+            one.clone()
+        } else {
+            delta[v - n].clone()
+        }
+    };
     let mut t: Vec<Vec<Q>> = (0..m).map(|i| qs(a.row(i))).collect();
-    let mut right = qs(b);
     let mut reduced = qs(d);
     let mut basis: Vec<usize> = (n..n + m).collect();
     let mut column: Vec<usize> = (0..n).collect();
@@ -242,4 +261,76 @@ pub fn rows(s: &mut Source, kind: usize, m: usize, n: usize) -> Rows {
         }
     }
     Rows { a, b, delta }
+}
+
+/// A set and an exact point of it: coordinates ξ and x = c + G ξ + s.
+pub struct Known {
+    pub set: ConstrainedZonotope,
+    pub xi: Vec<Q>,
+    pub x: Vec<Q>,
+}
+
+/// At least the exact nonnegative value.
+pub fn up(x: &Q) -> f64 {
+    x.to_f64().unwrap().next_up()
+}
+
+pub fn product(m: &Matrix, v: &[Q]) -> Vec<Q> {
+    (0..m.rows())
+        .map(|i| {
+            m.row(i)
+                .iter()
+                .zip(v)
+                .fold(Q::zero(), |s, (&a, x)| s + q(a) * x)
+        })
+        .collect()
+}
+
+/// A set of scattered scales with a known point, r and δ at rounding level or larger.
+pub fn known(s: &mut Source, n: usize, rows: usize, cols: usize) -> Known {
+    let size = s.scale(6.0);
+    let g = Matrix::from_fn(n, cols, |_, _| {
+        if s.below(6) == 0 {
+            0.0
+        } else {
+            s.normal() * size
+        }
+    });
+    let a = Matrix::from_fn(
+        rows,
+        cols,
+        |_, _| if s.below(6) == 0 { 0.0 } else { s.normal() },
+    );
+    let c: Vec<f64> = (0..n)
+        .map(|_| s.normal() * size * [0.0, 1.0, 1e6][s.below(3)])
+        .collect();
+    let xi: Vec<f64> = (0..cols)
+        .map(|_| [s.sym(), 1.0, -1.0][s.below(3)])
+        .collect();
+    let xi = qs(&xi);
+    let b: Vec<f64> = product(&a, &xi)
+        .iter()
+        .map(|b| b.to_f64().unwrap())
+        .collect();
+    let delta = product(&a, &xi)
+        .iter()
+        .zip(&b)
+        .map(|(e, &b)| up(&(e - q(b)).abs()))
+        .collect();
+    let r: Vec<f64> = (0..n)
+        .map(|_| [0.0, 1e-16 * size, 0.1 * size][s.below(3)])
+        .collect();
+    let x = product(&g, &xi);
+    let x = x
+        .iter()
+        .zip(&c)
+        .zip(&r)
+        .map(|((x, &c), &r)| x + q(c) + q(r))
+        .collect();
+    let z = Zonotope::with_rounding(c, g, r).unwrap();
+    Known {
+        set: ConstrainedZonotope::with_slack(z, a, b, delta).unwrap(),
+        xi,
+        x,
+    }
 }
