@@ -6,6 +6,7 @@
 pub mod error;
 pub mod estimator;
 pub mod estimators;
+pub mod outline;
 pub mod problem;
 pub mod random;
 pub mod signal;

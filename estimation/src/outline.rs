@@ -1,8 +1,9 @@
 //! Outlines of beliefs in a plane, for pictures.
 
 use crate::estimator::Shape;
+use zonobench_sets::ellipsoid::Ellipsoid;
+use zonobench_sets::zonotope::Zonotope;
 use zonobench_sets::Matrix;
-use zonobench_sets::ellipsoid::chi_square_isf;
 
 /// Directions in which a zonotope with many generators is drawn.
 const DIRECTIONS: usize = 128;
@@ -15,7 +16,7 @@ const ELLIPSE_LEVEL: f64 = 0.99;
 /// ellipse of the Gaussian; one point where it has none of them.
 ///
 /// A zonotope of more than 128 generators is drawn by its support points in 128 directions. A picture, not
-/// an enclosure.
+/// an enclosure; empty where nothing can be drawn.
 pub fn outline(shape: &Shape, axes: (usize, usize)) -> Vec<[f64; 2]> {
     let (i, j) = axes;
     let center = [shape.center[i], shape.center[j]];
@@ -32,61 +33,36 @@ pub fn outline(shape: &Shape, axes: (usize, usize)) -> Vec<[f64; 2]> {
     vec![center]
 }
 
-/// The boundary of {c + Σ ξ_k g_k}: every generator turned into the upper half plane, in order of angle,
-/// is walked along once forwards and once backwards.
+/// The vertices, or the support points where there are too many of them.
 fn zonotope(center: [f64; 2], xs: &[f64], ys: &[f64]) -> Vec<[f64; 2]> {
-    if xs.len() > DIRECTIONS {
-        return (0..DIRECTIONS)
-            .map(|k| {
-                let angle = k as f64 * core::f64::consts::TAU / DIRECTIONS as f64;
-                let d = [libm::cos(angle), libm::sin(angle)];
-                xs.iter().zip(ys).fold(center, |p, (x, y)| {
-                    let sign = if d[0] * x + d[1] * y >= 0.0 { 1.0 } else { -1.0 };
-                    [p[0] + sign * x, p[1] + sign * y]
-                })
-            })
-            .collect();
+    if xs.len() <= DIRECTIONS {
+        return Matrix::from_rows(&[xs, ys])
+            .and_then(|g| Zonotope::new(center.to_vec(), g)?.vertices())
+            .unwrap_or_default();
     }
-    let mut edges: Vec<[f64; 2]> = xs
-        .iter()
-        .zip(ys)
-        .filter(|(x, y)| **x != 0.0 || **y != 0.0)
-        .map(|(&x, &y)| if y < 0.0 || (y == 0.0 && x < 0.0) { [-x, -y] } else { [x, y] })
-        .collect();
-    edges.sort_by(|a, b| libm::atan2(a[1], a[0]).total_cmp(&libm::atan2(b[1], b[0])));
-    let mut point = edges.iter().fold(center, |p, e| [p[0] - e[0], p[1] - e[1]]);
-    let mut polygon = Vec::with_capacity(2 * edges.len());
-    for sign in [2.0, -2.0] {
-        for e in &edges {
-            polygon.push(point);
-            point = [point[0] + sign * e[0], point[1] + sign * e[1]];
-        }
-    }
-    polygon
-}
-
-/// Points of {x : (x − c)ᵀ P⁻¹ (x − c) = χ²₂(0.99)} in the plane of `axes`.
-fn ellipse(center: [f64; 2], p: &Matrix, (i, j): (usize, usize)) -> Vec<[f64; 2]> {
-    let plane = Matrix::from_fn(2, 2, |r, c| p[([i, j][r], [i, j][c])]);
-    let (values, vectors) = plane.symmetric_eigen();
-    let level = chi_square_isf(1.0 - ELLIPSE_LEVEL, 2);
-    let half: Vec<f64> = values.iter().map(|l| (level * l.max(0.0)).sqrt()).collect();
-    let turn = if vectors[(0, 0)] * vectors[(1, 1)] < vectors[(0, 1)] * vectors[(1, 0)] { -1.0 } else { 1.0 };
-    (0..64)
+    (0..DIRECTIONS)
         .map(|k| {
-            let angle = turn * k as f64 * core::f64::consts::TAU / 64.0;
-            let (a, b) = (half[0] * libm::cos(angle), half[1] * libm::sin(angle));
-            [
-                center[0] + vectors[(0, 0)] * a + vectors[(0, 1)] * b,
-                center[1] + vectors[(1, 0)] * a + vectors[(1, 1)] * b,
-            ]
+            let angle = k as f64 * core::f64::consts::TAU / DIRECTIONS as f64;
+            let d = [libm::cos(angle), libm::sin(angle)];
+            xs.iter().zip(ys).fold(center, |p, (x, y)| {
+                let sign = if d[0] * x + d[1] * y >= 0.0 { 1.0 } else { -1.0 };
+                [p[0] + sign * x, p[1] + sign * y]
+            })
         })
         .collect()
+}
+
+fn ellipse(center: [f64; 2], p: &Matrix, (i, j): (usize, usize)) -> Vec<[f64; 2]> {
+    let plane = Matrix::from_fn(2, 2, |r, c| p[([i, j][r], [i, j][c])]);
+    Ellipsoid::with_confidence(center.to_vec(), plane, 1.0 - ELLIPSE_LEVEL)
+        .and_then(|e| e.outline(64))
+        .unwrap_or_default()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use zonobench_sets::ellipsoid::chi_square_isf;
 
     fn area(polygon: &[[f64; 2]]) -> f64 {
         let n = polygon.len();
@@ -112,7 +88,7 @@ mod tests {
     fn an_ellipse_is_counter_clockwise_and_has_its_area() {
         let p = Matrix::from_rows(&[[4.0, 1.0], [1.0, 2.0]]).unwrap();
         let shape = Shape { center: vec![0.0, 0.0], covariance: Some(p), ..Shape::default() };
-        let exact = core::f64::consts::PI * 7.0_f64.sqrt() * chi_square_isf(0.01, 2);
+        let exact = core::f64::consts::PI * 7.0_f64.sqrt() * chi_square_isf(0.01, 2).unwrap();
         assert!((area(&outline(&shape, (0, 1))) / exact - 1.0).abs() < 2e-3);
     }
 }

@@ -145,6 +145,14 @@ impl AnySystem {
         }
     }
 
+    /// The time from step to step in s, of a system that has one.
+    pub fn period(&self) -> Option<f64> {
+        match self {
+            Self::VanDerPol(s) => Some(s.ts),
+            _ => None,
+        }
+    }
+
     /// A, B, C, D of a linear time-invariant system, and None for every other.
     pub fn linear_parts(&self) -> Option<LinearParts> {
         match self {

@@ -107,12 +107,22 @@ pub enum Error {
     Estimation {
         /// The experiment.
         experiment: String,
-        /// The estimator, or "simulation".
+        /// The estimator.
         estimator: String,
         /// The run.
         run: usize,
         /// Why.
-        source: std::io::Error,
+        source: zonobench_estimation::EstimationError,
+    },
+    /// A simulation failed.
+    #[error("{experiment}, simulation, run {run}: {source}")]
+    Simulation {
+        /// The experiment.
+        experiment: String,
+        /// The run.
+        run: usize,
+        /// Why.
+        source: zonobench_estimation::simulate::SimulationError,
     },
     /// A trace cannot be written.
     #[error("{}: {message}", path.display())]

@@ -69,6 +69,14 @@ pub fn trace_path(paper: &str, experiment: &str, estimator: &str) -> String {
     format!("traces/paper={paper}/experiment={experiment}/{estimator}_run0000.mcap")
 }
 
+/// The number of rows of a Parquet file, from its footer.
+pub fn count_rows(path: &Path) -> Result<u64, Error> {
+    let file = fs::File::open(path).map_err(|e| Error::io("open", path, e))?;
+    let reader = parquet::file::serialized_reader::SerializedFileReader::new(file)
+        .map_err(|e| Error::parquet(path, e))?;
+    Ok(parquet::file::reader::FileReader::metadata(&reader).file_metadata().num_rows() as u64)
+}
+
 /// Publishes `files` and writes the manifest. Entries for which `in_scope(paper, experiment)` holds and
 /// that are not published any more are removed with their files; all others stay as they are.
 /// Returns how many files were (re)built.

@@ -4,10 +4,26 @@
 //! ([`store`]), published as Parquet tables and MCAP traces ([`lake`]), and compared with what the
 //! papers print ([`stage`]).
 
+pub mod bad_input;
+pub mod cli;
+pub mod engine;
 pub mod error;
+pub mod experiment;
 pub mod lake;
+pub mod papers;
+pub mod progress;
+pub mod published;
+pub mod query;
+pub mod recorded;
+pub mod report;
 pub mod rows;
+pub mod stage;
+pub mod statistics;
 pub mod store;
+pub mod svg;
 pub mod table;
+pub mod tables;
+pub mod trace;
+pub mod tracking;
 
 pub use error::Error;

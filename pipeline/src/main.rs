@@ -1,1 +1,7 @@
-fn main() {}
+//! The program `zonobench`.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    zonobench::cli::main()
+}

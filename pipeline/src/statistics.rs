@@ -92,16 +92,32 @@ pub fn prediction_offsets(values: &[f64], m: usize) -> (f64, f64) {
     (-half, half)
 }
 
-/// The same by resampling: the 0.5 % and 99.5 % quantiles of (mean of m) − (mean of n), 2000 times.
+/// The same by resampling: the 0.5 % and 99.5 % quantiles of (mean of m) − (mean of n).
 fn bootstrap_offsets(values: &[f64], m: usize) -> (f64, f64) {
+    let pairs: Vec<(f64, f64)> = values.iter().map(|&x| (x, 0.0)).collect();
+    paired_offsets(&pairs, m, |x, _| x)
+}
+
+/// The offsets of a statistic of two means over the same runs, such as their ratio: the 0.5 % and 99.5 %
+/// quantiles of (statistic over m runs) − (statistic over n runs), the runs drawn in pairs, 2000 times from
+/// a fixed seed.
+pub fn paired_offsets(pairs: &[(f64, f64)], m: usize, statistic: impl Fn(f64, f64) -> f64) -> (f64, f64) {
     const RESAMPLES: usize = 2000;
+    if pairs.len() < 2 {
+        return (0.0, 0.0);
+    }
     let mut state = 0x7a6f_6e6f_6265_6e63_u64;
-    let mut mean_of = |count: usize| {
-        let sum: f64 = (0..count).map(|_| values[index(&mut state, values.len())]).sum();
-        sum / count as f64
+    let mut resample = |count: usize| {
+        let (mut x, mut y) = (0.0, 0.0);
+        for _ in 0..count {
+            let (a, b) = pairs[index(&mut state, pairs.len())];
+            x += a;
+            y += b;
+        }
+        statistic(x / count as f64, y / count as f64)
     };
     let mut differences: Vec<f64> =
-        (0..RESAMPLES).map(|_| mean_of(m) - mean_of(values.len())).collect();
+        (0..RESAMPLES).map(|_| resample(m.max(1)) - resample(pairs.len())).collect();
     differences.sort_by(f64::total_cmp);
     (differences[RESAMPLES / 200 - 1], differences[RESAMPLES - RESAMPLES / 200])
 }

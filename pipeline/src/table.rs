@@ -257,7 +257,7 @@ pub fn schema<R: Row>() -> SchemaRef {
         .map(|c| {
             let metadata = [("unit", c.unit), ("description", c.description)];
             Field::new(c.name, c.data_type, c.nullable)
-                .with_metadata(metadata.map(|(k, v)| (k.to_owned(), v.to_owned())).into())
+                .with_metadata(metadata.map(|(k, v)| (k.to_owned(), v.to_owned())))
         })
         .collect();
     Arc::new(Schema::new(fields))

@@ -13,7 +13,8 @@ pub const ETA: f64 = f64::MIN_POSITIVE;
 /// An upper bound on γ_k = k·u / (1 − k·u), for k < 2⁴⁰.
 #[inline]
 pub fn gamma(k: usize) -> f64 {
-    // (k + 1)·u·(1 + 2⁻¹⁰) ≥ k·u/(1 − k·u) needs k·u ≤ 2⁻¹³, which holds for k < 2⁴⁰.
+    // k·u·(1 + 2⁻¹⁰) ≥ k·u/(1 − k·u) needs k·u ≤ 2⁻¹¹; k < 2⁴⁰ has k·u < 2⁻¹³, and the rest pays for
+    // the one rounding here (k·u is exact).
     let k = k as f64;
     k * U * (1.0 + 1.0 / 1024.0)
 }

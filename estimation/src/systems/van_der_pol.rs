@@ -13,14 +13,14 @@ use zonobench_sets::{IntervalVector, Matrix};
 #[serde(try_from = "Keys")]
 pub struct VanDerPol {
     /// T, the sampling period in s.
-    ts: f64,
+    pub(crate) ts: f64,
 }
 
 /// What stands in a file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Keys {
-    ts: f64,
+    pub(crate) ts: f64,
 }
 
 impl TryFrom<Keys> for VanDerPol {

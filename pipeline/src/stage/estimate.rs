@@ -4,6 +4,7 @@
 //! every finished belief and says whether it holds the truth.
 
 use crate::error::Error;
+use crate::experiment::{EstimatorSpec, Output};
 use crate::rows::{self, Belief, Estimate, EstimatorInfo, Set, Timing};
 use crate::stage::{Experiment, Recordings, metadata};
 use crate::store::canonical;
@@ -14,7 +15,7 @@ use std::path::Path;
 use std::time::Instant;
 use zonobench_estimation::estimator::{Belief as _, Containment, Estimator as _, Phase};
 use zonobench_estimation::outline::outline;
-use zonobench_estimation::{AnyBelief, AnyEstimator, EstimationError, System as _, track};
+use zonobench_estimation::{AnyBelief, AnyEstimator, EstimationError, Problem, System as _, track};
 use zonobench_sets::Interval;
 
 /// The code that this stage can reach.
@@ -38,10 +39,37 @@ pub fn input(experiment: &Experiment, index: usize, data: &str) -> Value {
     })
 }
 
-/// The row that describes estimator `index`.
-pub fn describe(experiment: &Experiment, index: usize) -> Result<EstimatorInfo, Error> {
-    let spec = &experiment.estimators[index];
-    let estimator = build(experiment, index)?;
+/// One estimator and what it is run on.
+pub struct Job<'a> {
+    /// `paper/experiment`, for messages.
+    pub name: String,
+    /// The estimator.
+    pub spec: &'a EstimatorSpec,
+    /// The last step.
+    pub steps: usize,
+    /// What is kept besides the estimates.
+    pub output: &'a Output,
+    /// The seed of the simulated data.
+    pub seed: Option<u64>,
+}
+
+impl Job<'_> {
+    /// Estimator `index` of an experiment.
+    pub fn of(experiment: &Experiment, index: usize) -> Job<'_> {
+        Job {
+            name: experiment.name(),
+            spec: &experiment.estimators[index],
+            steps: experiment.steps,
+            output: &experiment.output,
+            seed: Some(experiment.seed),
+        }
+    }
+}
+
+/// The row that describes the estimator of a job.
+pub fn describe(job: &Job) -> Result<EstimatorInfo, Error> {
+    let spec = job.spec;
+    let estimator = build(job)?;
     let mut settings = serde_json::to_value(&spec.settings).expect("settings have a JSON form");
     if let Value::Object(map) = &mut settings {
         map.remove("kind");
@@ -56,11 +84,10 @@ pub fn describe(experiment: &Experiment, index: usize) -> Result<EstimatorInfo, 
     })
 }
 
-fn build(experiment: &Experiment, index: usize) -> Result<AnyEstimator, Error> {
-    let spec = &experiment.estimators[index];
-    AnyEstimator::new(&spec.settings, &spec.problem).map_err(|source| Error::Estimation {
-        experiment: experiment.name(),
-        estimator: spec.id.clone(),
+fn build(job: &Job) -> Result<AnyEstimator, Error> {
+    AnyEstimator::new(&job.spec.settings, &job.spec.problem).map_err(|source| Error::Estimation {
+        experiment: job.name.clone(),
+        estimator: job.spec.id.clone(),
         run: 0,
         source,
     })
@@ -86,15 +113,14 @@ struct RunRows {
 
 /// Writes `estimates`, `beliefs`, `sets`, `shapes` (outlines of run 0 for the trace) and `timings`.
 pub fn make(
-    experiment: &Experiment,
-    index: usize,
+    job: &Job,
     recordings: &Recordings,
     dir: &Path,
     done: &(dyn Fn(u64) + Sync),
 ) -> Result<(), Error> {
-    let estimator = build(experiment, index)?;
-    let judged = Judged::new(experiment, index, &estimator);
-    let meta = metadata("estimate", Some(experiment.seed));
+    let estimator = build(job)?;
+    let judged = Judged::new(job, &estimator);
+    let meta = metadata("estimate", job.seed);
     let mut estimates = TableWriter::create(&dir.join("estimates.parquet"), &meta)?;
     let mut beliefs = TableWriter::create(&dir.join("beliefs.parquet"), &meta)?;
     let mut sets = TableWriter::create(&dir.join("sets.parquet"), &meta)?;
@@ -127,28 +153,28 @@ pub fn make(
 }
 
 struct Judged<'a> {
-    experiment: &'a Experiment,
+    job: &'a Job<'a>,
     estimator: &'a AnyEstimator,
     id: Name,
     components: Vec<Name>,
 }
 
 impl<'a> Judged<'a> {
-    fn new(experiment: &'a Experiment, index: usize, estimator: &'a AnyEstimator) -> Self {
-        let variables = experiment.problem.system.variables();
+    fn new(job: &'a Job<'a>, estimator: &'a AnyEstimator) -> Self {
+        let variables = job.spec.problem.system.variables();
         Self {
-            experiment,
+            job,
             estimator,
-            id: experiment.estimators[index].id.as_str().into(),
+            id: job.spec.id.as_str().into(),
             components: variables.x.iter().map(|v| v.name.as_str().into()).collect(),
         }
     }
 
     fn run(&self, recordings: &Recordings, run: usize) -> Result<RunRows, Error> {
         let mut rows = RunRows::default();
-        let mut times = Vec::with_capacity(self.experiment.steps + 1);
+        let mut times = Vec::with_capacity(self.job.steps + 1);
         let mut steps =
-            track(self.estimator, self.experiment.steps, &recordings.u[run], &recordings.y[run]);
+            track(self.estimator, self.job.steps, &recordings.u[run], &recordings.y[run]);
         loop {
             let start = Instant::now();
             let Some(step) = steps.next() else { break };
@@ -162,7 +188,7 @@ impl<'a> Judged<'a> {
                 Err(EstimationError::Inconsistent { k }) => self.inconsistent(run, *k, &mut rows),
                 Err(source) => {
                     return Err(Error::Estimation {
-                        experiment: self.experiment.name(),
+                        experiment: self.job.name.clone(),
                         estimator: self.id.to_string(),
                         run,
                         source: source.clone(),
@@ -232,8 +258,8 @@ impl<'a> Judged<'a> {
             pivots: size.pivots as i64,
         });
         if run == 0 {
-            let wanted = self.experiment.output.sets.contains(&k);
-            let traced = self.experiment.output.traces && phase == self.estimator.reported_phase();
+            let wanted = self.job.output.sets.contains(&k);
+            let traced = self.job.output.traces && phase == self.estimator.reported_phase();
             if wanted {
                 rows.sets.push(self.set(run, k, &phase_text, belief, usize::MAX));
             }
@@ -279,8 +305,8 @@ impl<'a> Judged<'a> {
 }
 
 /// The rows of the table `variables`.
-pub fn variables(experiment: &Experiment) -> Vec<rows::Variable> {
-    let v = experiment.problem.system.variables();
+pub fn variables(problem: &Problem) -> Vec<rows::Variable> {
+    let v = problem.system.variables();
     let mut out = Vec::new();
     for (role, list) in [("x", &v.x), ("u", &v.u), ("w", &v.w), ("y", &v.y), ("v", &v.v)] {
         out.extend(list.iter().enumerate().map(|(i, variable)| rows::Variable {

@@ -1,11 +1,17 @@
 //! Intervals with outward rounding.
 //!
 //! Every result contains all exact results of the operation for numbers taken from its arguments.
-//! A bound is computed by rounding to nearest and then moved one step outward, which needs no rounding
-//! mode and gives the same bits everywhere. What is provably exact is not moved: a sum with a term
-//! that is zero, a sum below 2⁻¹⁰²¹ in magnitude (gradual underflow makes it exact), a product with a
-//! factor that is zero, a product with an f64 that is a power of two while it stays normal. A product
-//! that merely *underflows* to zero is moved: 1e-200 · 1e-200 is [0, 5e-324].
+//! Nothing needs a rounding mode, so the bits are the same everywhere.
+//!
+//! - A sum's bounds are rounded to nearest and moved one step outward only where the rounding error,
+//!   which an f64 holds exactly, points that way: they are the best possible ones.
+//! - A product, quotient, square or root is rounded to nearest, then moved one step outward. Not moved are
+//!   a product or quotient with a factor that is zero, and a product with an f64 that is a power of
+//!   two as long as it stays normal. A product that merely *underflows* to zero is moved:
+//!   1e-200 · 1e-200 is [0, 5e-324], and its negative [−5e-324, 0].
+//!
+//! Sum, difference, product, quotient, square and root are inclusion isotonic: larger arguments give
+//! a larger result, to the last bit.
 //!
 //! # Outside the domain
 //!
@@ -45,9 +51,6 @@ const HALF_PI: Interval = Interval {
 
 /// Beyond this magnitude sin and cos are [−1, 1] and tan is the whole line: 2²⁰.
 const LARGEST_ANGLE: f64 = 1_048_576.0;
-
-/// A sum below 2⁻¹⁰²¹ is a multiple of 2⁻¹⁰⁷⁴ that fits the significand: it is exact.
-const EXACT_SUM: f64 = 2.0 * f64::MIN_POSITIVE;
 
 impl Interval {
     /// [0, 0].
@@ -251,50 +254,68 @@ impl Interval {
     }
 }
 
-/// A lower bound on the exact a + b. Neither a = ∞ nor b = ∞.
+/// The f64 next below `x`, which is neither zero nor −∞ (nor NaN). Without a branch.
 #[inline]
-fn sum_down(a: f64, b: f64) -> f64 {
-    let s = a + b;
-    if a == 0.0 || b == 0.0 || s.abs() < EXACT_SUM {
-        s
-    } else {
-        s.next_down()
-    }
+fn step_down(x: f64) -> f64 {
+    let bits = x.to_bits() as i64;
+    f64::from_bits((bits - ((bits >> 63) | 1)) as u64)
 }
 
-/// An upper bound on the exact a + b. Neither a = −∞ nor b = −∞.
+/// The f64 next above `x`, which is neither zero nor ∞ (nor NaN). Without a branch.
+#[inline]
+fn step_up(x: f64) -> f64 {
+    let bits = x.to_bits() as i64;
+    f64::from_bits((bits + ((bits >> 63) | 1)) as u64)
+}
+
+/// The rounded sum s of a and b, and in the second number the error a + b − s.
+///
+/// Fast2Sum: for |x| ≥ |y| the difference s − x and the error y − (s − x) are exact unless s
+/// overflows (Dekker 1971). If it does, the second number is −∞ for s = ∞ and ∞ for s = −∞: its sign
+/// is right. If a term is infinite, it is NaN. It is zero wherever s is.
+#[inline]
+fn two_sum(a: f64, b: f64) -> (f64, f64) {
+    let s = a + b;
+    let (x, y) = if a.abs() < b.abs() { (b, a) } else { (a, b) };
+    (s, y - (s - x))
+}
+
+/// The largest f64 below or at the exact a + b. Neither a = ∞ nor b = ∞.
+#[inline]
+fn sum_down(a: f64, b: f64) -> f64 {
+    let (s, error) = two_sum(a, b);
+    if error < 0.0 { step_down(s) } else { s }
+}
+
+/// The smallest f64 above or at the exact a + b. Neither a = −∞ nor b = −∞.
 #[inline]
 fn sum_up(a: f64, b: f64) -> f64 {
-    let s = a + b;
-    if a == 0.0 || b == 0.0 || s.abs() < EXACT_SUM {
-        s
-    } else {
-        s.next_up()
-    }
+    let (s, error) = two_sum(a, b);
+    if error > 0.0 { step_up(s) } else { s }
 }
 
 /// The step below `q`, the rounded value of an exact number that is negative only if `negative`:
 /// where `q` is zero, this sign alone decides.
 #[inline]
 fn below(q: f64, negative: bool) -> f64 {
-    if q != 0.0 {
-        q.next_down()
-    } else if negative {
-        -f64::from_bits(1)
+    if q == 0.0 {
+        if negative { -f64::from_bits(1) } else { 0.0 }
+    } else if q == f64::NEG_INFINITY {
+        q
     } else {
-        0.0
+        step_down(q)
     }
 }
 
 /// The step above `q`, the rounded value of an exact number that is positive only if `positive`.
 #[inline]
 fn above(q: f64, positive: bool) -> f64 {
-    if q != 0.0 {
-        q.next_up()
-    } else if positive {
-        f64::from_bits(1)
+    if q == 0.0 {
+        if positive { f64::from_bits(1) } else { 0.0 }
+    } else if q == f64::INFINITY {
+        q
     } else {
-        0.0
+        step_up(q)
     }
 }
 
@@ -320,7 +341,7 @@ fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// The product when a bound of it is zero or an argument is unbounded.
+/// The product when a bound of it is zero or infinite or an argument is unbounded.
 #[cold]
 #[inline(never)]
 fn careful_product(a: Interval, b: Interval) -> Interval {
@@ -392,6 +413,9 @@ impl Mul for Interval {
                 lo: lo.next_down(),
                 hi: hi.next_up(),
             }
+        } else if self == Self::ZERO || b == Self::ZERO {
+            // Common in gradients, where most derivatives are zero.
+            Self::ZERO
         } else {
             careful_product(self, b)
         }
@@ -442,14 +466,24 @@ impl Mul<f64> for Interval {
     #[inline]
     fn mul(self, b: f64) -> Self {
         if is_power_of_two(b) {
-            let (p, q) = (self.lo * b, self.hi * b);
-            if stays_exact(self.lo, p) && stays_exact(self.hi, q) {
-                return if b > 0.0 {
-                    Self::trusted(p, q)
+            let (x, y) = if b > 0.0 {
+                (self.lo, self.hi)
+            } else {
+                (self.hi, self.lo)
+            };
+            let (lo, hi) = (x * b, y * b);
+            return Self::trusted(
+                if stays_exact(x, lo) {
+                    lo
                 } else {
-                    Self::trusted(q, p)
-                };
-            }
+                    below(lo, lo.is_sign_negative())
+                },
+                if stays_exact(y, hi) {
+                    hi
+                } else {
+                    above(hi, hi.is_sign_positive())
+                },
+            );
         }
         self * Self::point(b)
     }
@@ -459,7 +493,12 @@ impl Div<f64> for Interval {
     type Output = Self;
     #[inline]
     fn div(self, b: f64) -> Self {
-        self / Self::point(b)
+        let inverse = 1.0 / b;
+        if is_power_of_two(b) && is_power_of_two(inverse) {
+            self * inverse
+        } else {
+            self / Self::point(b)
+        }
     }
 }
 

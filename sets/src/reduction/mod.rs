@@ -56,22 +56,27 @@ fn greatest(keys: &[f64], keep: usize) -> Vec<bool> {
     let mut bits: Vec<u64> = keys.iter().map(|key| key.to_bits()).collect();
     let cut = bits.len() - keep;
     let (_, &mut least_kept, above) = bits.select_nth_unstable(cut);
-    let mut ties = 1 + above.iter().filter(|&&b| b == least_kept).count();
-    keys.iter()
-        .map(|key| {
-            let tie = key.to_bits() == least_kept;
-            let kept = key.to_bits() > least_kept || (tie && ties > 0);
-            ties -= usize::from(tie && kept);
-            kept
-        })
-        .collect()
+    let ties = 1 + above.iter().filter(|&&b| b == least_kept).count();
+    let mut kept: Vec<bool> = keys.iter().map(|key| key.to_bits() > least_kept).collect();
+    let tied = |&(_, key): &(&mut bool, &f64)| key.to_bits() == least_kept;
+    for (k, _) in kept.iter_mut().zip(keys).filter(tied).take(ties) {
+        *k = true;
+    }
+    kept
 }
 
 /// [K, diag(b)] with K the columns of `g` that are `kept`, in their order, and b_i = `side`(i, s_i) for
 /// s_i the sum of |g_ij| over the others, computed with at most p/8 + 4 additions in a row.
 fn box_the_rest(g: &Matrix, kept: &[bool], side: impl Fn(usize, f64) -> f64) -> Matrix {
     let (n, p) = (g.rows(), g.cols());
-    let indices: Vec<usize> = (0..p).filter(|&j| kept[j]).collect();
+    // Which columns are kept is unpredictable, so the index is always written and the end moves or not.
+    let mut indices = vec![0; p];
+    let mut count = 0;
+    for (j, &k) in kept.iter().enumerate() {
+        indices[count] = j;
+        count += usize::from(k);
+    }
+    indices.truncate(count);
     let mut out = Matrix::zeros(n, indices.len() + n);
     let mut rest = vec![0.0; p];
     for i in 0..n {

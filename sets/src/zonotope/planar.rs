@@ -127,7 +127,8 @@ fn sorted(mut generators: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
             4.0 + y / x
         }
     };
-    generators.sort_by(|a, b| key(a).total_cmp(&key(b)));
+    // Nonnegative numbers are ordered as their bits; adding 0 turns −0 into 0.
+    generators.sort_by_cached_key(|g| (key(g) + 0.0).to_bits());
     generators
 }
 

@@ -1,0 +1,438 @@
+//! compare: each printed number beside what was reproduced, with a verdict and its reason.
+//!
+//! The grammar of cells and claims stands in `experiments/README.md`, the verdicts in the documentation of
+//! the table `comparison`. Derived numbers (ratios of scores) have the spread of a paired bootstrap.
+
+use crate::error::Error;
+use crate::papers::Paper;
+use crate::published::{Cell, Comparison as Claim, Published, half_unit};
+use crate::rows::{self, Comparison, Metric, TimingComparison};
+use crate::stage::metadata;
+use crate::stage::score::{Subject, by_subject};
+use crate::statistics::{mean_sd, paired_offsets, prediction_offsets};
+use crate::table;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use toml::de::DeValue;
+
+/// The code that this stage can reach.
+pub const CODE: &str = env!("ZONOBENCH_CODE_COMPARE");
+
+/// Which numbers a comparison is made with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// The published experiments.
+    Full,
+    /// A smoke run with few runs and steps: its numbers are compared with nothing.
+    Quick,
+}
+
+/// What a paper's comparison depends on.
+pub fn input(paper: &Paper, metrics: &BTreeMap<&str, &str>, scale: Scale) -> Value {
+    let texts: Vec<&str> = paper.texts.iter().map(|(_, text)| *text).collect();
+    json!({
+        "published": paper.published,
+        "cells": paper.cells,
+        "experiments": texts,
+        "metrics": metrics,
+        "quick": scale == Scale::Quick,
+    })
+}
+
+/// Writes `published.parquet` and `comparison.parquet`; `metrics` has the metrics file of every experiment.
+pub fn make(
+    paper: &Paper,
+    metrics: &BTreeMap<&str, PathBuf>,
+    scale: Scale,
+    dir: &Path,
+) -> Result<(), Error> {
+    let mut scores = BTreeMap::new();
+    for (experiment, path) in metrics {
+        scores.insert((*experiment).to_owned(), by_subject(table::read::<Metric>(path)?));
+    }
+    let results = Results { paper, scores };
+    let published = paper.published.iter().map(|p| rows::Published {
+        table: p.table.as_str().into(),
+        row: p.row.as_str().into(),
+        column: p.column.as_str().into(),
+        printed: p.printed.as_str().into(),
+        value: p.value(),
+        unit: if p.unit.is_empty() { "1" } else { &p.unit }.into(),
+        kind: p.kind.as_str().into(),
+        runs: p.runs.map(|n| n as i64),
+    });
+    let meta = metadata("compare", None);
+    table::write(&dir.join("published.parquet"), published, &meta)?;
+    let mut comparisons = Vec::new();
+    for p in paper.published.iter().filter(|p| p.kind != "timing") {
+        let cells: Vec<&Cell> = paper.cells.iter().filter(|c| p.is(c)).collect();
+        if cells.is_empty() {
+            comparisons.push(unmapped(p));
+        }
+        comparisons.extend(cells.into_iter().map(|cell| results.compare(p, cell)));
+    }
+    if scale == Scale::Quick {
+        for c in &mut comparisons {
+            c.verdict = "quick".into();
+            c.reason = "a smoke run with few runs and steps: its numbers are compared with nothing".into();
+        }
+    }
+    table::write(&dir.join("comparison.parquet"), comparisons, &meta)?;
+    Ok(())
+}
+
+fn row(p: &Published, reading: &str, verdict: &str, reason: String) -> Comparison {
+    Comparison {
+        table: p.table.as_str().into(),
+        row: p.row.as_str().into(),
+        column: p.column.as_str().into(),
+        reading: reading.into(),
+        published: p.printed.as_str().into(),
+        reproduced: None,
+        interval_lo: None,
+        interval_hi: None,
+        rel_diff: None,
+        verdict: verdict.into(),
+        reason: reason.into(),
+    }
+}
+
+fn unmapped(p: &Published) -> Comparison {
+    if p.kind == "lost" {
+        row(p, "as-written", "lost_in_source", p.reason.clone())
+    } else {
+        row(p, "as-written", "error", "no result is mapped to this cell".to_owned())
+    }
+}
+
+/// A reproduced number with its spread.
+struct Number {
+    value: f64,
+    /// Where a paper's number over its own runs lies with 99 %, relative to ours.
+    offsets: (f64, f64),
+    n: usize,
+    sd: Option<f64>,
+}
+
+struct Results<'a> {
+    paper: &'a Paper,
+    scores: BTreeMap<String, Vec<(Subject, Vec<f64>)>>,
+}
+
+impl Results<'_> {
+    fn values(&self, experiment: &str, estimator: &str, metric: &str, component: &str) -> Option<&[f64]> {
+        let found = self.scores.get(experiment)?.iter().find(|((e, m, c, _), _)| {
+            &**e == estimator && &**m == metric && c.as_deref().unwrap_or("") == component
+        });
+        found.map(|(_, values)| values.as_slice()).filter(|values| !values.is_empty())
+    }
+
+    fn number(&self, p: &Published, cell: &Cell) -> Option<Number> {
+        let runs = p.runs.unwrap_or(1);
+        let exactly = |value| Number { value, offsets: (0.0, 0.0), n: 1, sd: None };
+        if cell.metric == "parameter" {
+            let text = self.paper.text(&cell.experiment)?;
+            return parameter(text, &cell.component).map(exactly);
+        }
+        let of = |estimator: &str, metric: &str| {
+            self.values(&cell.experiment, estimator, metric, &cell.component)
+        };
+        let Some((derived, metric)) = cell.metric.strip_suffix(')').and_then(|m| m.split_once('(')) else {
+            let values = of(&cell.estimator, &cell.metric)?;
+            let (value, sd) = mean_sd(values)?;
+            let sd = (values.len() > 1).then_some(sd);
+            return Some(Number { value, offsets: prediction_offsets(values, runs), n: values.len(), sd });
+        };
+        let (over, over_metric) = cell.over.split_once(':').unwrap_or((&cell.over, metric));
+        let (a, b) = (of(&cell.estimator, metric)?, of(over, over_metric)?);
+        if a.len() != b.len() {
+            return None;
+        }
+        let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+        let pairs: Vec<(f64, f64)> = a.iter().copied().zip(b.iter().copied()).collect();
+        let statistic: Box<dyn Fn(f64, f64) -> f64> = match derived {
+            "ratio" => Box::new(|x, y| x / y),
+            "percent" => Box::new(|x, y| 100.0 * x / y),
+            "drop" => Box::new(|x, y| 100.0 - 100.0 * x / y),
+            "wins" => {
+                let wins: Vec<f64> = pairs.iter().map(|(x, y)| f64::from(u8::from(x < y))).collect();
+                let (value, sd) = mean_sd(&wins)?;
+                let offsets = prediction_offsets(&wins, runs);
+                return Some(Number { value, offsets, n: wins.len(), sd: Some(sd) });
+            }
+            _ => return None,
+        };
+        let value = statistic(mean(a), mean(b));
+        let offsets = paired_offsets(&pairs, runs, &statistic);
+        Some(Number { value, offsets, n: pairs.len(), sd: None })
+    }
+
+    fn compare(&self, p: &Published, cell: &Cell) -> Comparison {
+        if matches!(cell.metric.as_str(), "complexity" | "claims") {
+            return row(
+                p,
+                &cell.reading,
+                "not_reproducible",
+                "a statement about operation counts or a theorem, not a number of a run: this version has no \
+                 counting stage that could decide it"
+                    .to_owned(),
+            );
+        }
+        let Some(number) = self.number(p, cell) else {
+            let reason = format!(
+                "no result: experiment {}, estimator {}, metric {} {}",
+                cell.experiment, cell.estimator, cell.metric, cell.component
+            );
+            return row(p, &cell.reading, "error", reason);
+        };
+        let ours = number.value;
+        let published = p.value();
+        let half = half_unit(&p.printed);
+        let interval = (p.kind == "monte_carlo")
+            .then(|| (ours + number.offsets.0 - half, ours + number.offsets.1 + half));
+        let rel_diff = published.filter(|v| *v != 0.0).map(|v| (ours - v) / v);
+        let tolerance = p.tolerance.parse::<f64>().ok();
+        let close = published.zip(tolerance).is_some_and(|(v, t)| (ours - v).abs() <= t);
+        let verdict = match (p.kind.as_str(), published) {
+            ("claim", _) => match Claim::parse(&p.tolerance) {
+                Some(claim) if claim.holds(ours) => "holds",
+                Some(_) => "does_not_hold",
+                None => "error",
+            },
+            ("lost", _) => "lost_in_source",
+            (_, Some(v)) if p.kind == "exact" && ours == v => "exact",
+            // One rounding of the decimal on either side.
+            (_, Some(v)) if p.kind == "rounded" && (ours - v).abs() <= half * (1.0 + 1e-12) => {
+                "within_rounding"
+            }
+            (_, Some(v)) if interval.is_some_and(|(lo, hi)| lo <= v && v <= hi) => "within_ci",
+            (_, Some(_)) if close => "within_tolerance",
+            _ => "differs",
+        };
+        let explained = matches!(verdict, "differs" | "does_not_hold" | "lost_in_source" | "error");
+        let reason = if explained && !cell.finding.is_empty() {
+            self.fill(&cell.finding, p, cell, &number, interval, rel_diff)
+        } else {
+            automatic(verdict, p, &number, interval)
+        };
+        Comparison {
+            reproduced: Some(ours),
+            interval_lo: interval.map(|i| i.0),
+            interval_hi: interval.map(|i| i.1),
+            rel_diff,
+            ..row(p, &cell.reading, verdict, reason)
+        }
+    }
+
+    /// Puts measured numbers into the places of a finding.
+    fn fill(
+        &self,
+        finding: &str,
+        p: &Published,
+        cell: &Cell,
+        number: &Number,
+        interval: Option<(f64, f64)>,
+        rel_diff: Option<f64>,
+    ) -> String {
+        let show = |x: Option<f64>| x.map_or_else(|| "(no value)".to_owned(), four_digits);
+        let mut out = String::new();
+        let mut rest = finding;
+        while let Some((before, after)) = rest.split_once('{') {
+            out += before;
+            let Some((place, tail)) = after.split_once('}') else {
+                rest = after;
+                out.push('{');
+                continue;
+            };
+            rest = tail;
+            match place {
+                "reproduced" => out += &four_digits(number.value),
+                "published" => out += &p.printed,
+                "lo" => out += &show(interval.map(|i| i.0)),
+                "hi" => out += &show(interval.map(|i| i.1)),
+                "rel_diff" => out += &show(rel_diff.map(|d| 100.0 * d)),
+                "n" => out += &number.n.to_string(),
+                "sd" => out += &show(number.sd),
+                _ => match place.strip_prefix("score:") {
+                    Some(subject) => out += &show(self.score(subject, &cell.experiment)),
+                    // Not a place: the braces of a set in the text.
+                    None => out += &format!("{{{place}}}"),
+                },
+            }
+        }
+        out + rest
+    }
+
+    fn score(&self, subject: &str, here: &str) -> Option<f64> {
+        let mut parts = subject.split(':');
+        let (experiment, estimator, metric) = (parts.next()?, parts.next()?, parts.next()?);
+        let experiment = if experiment == "." { here } else { experiment };
+        let values = self.values(experiment, estimator, metric, parts.next().unwrap_or(""))?;
+        mean_sd(values).map(|(mean, _)| mean)
+    }
+}
+
+fn automatic(verdict: &str, p: &Published, number: &Number, interval: Option<(f64, f64)>) -> String {
+    let ours = four_digits(number.value);
+    match (verdict, interval) {
+        ("exact", _) => "the same number".to_owned(),
+        ("within_rounding", _) => format!("{ours} rounds to it"),
+        ("within_tolerance", _) => format!("{ours}, within {} of it: {}", p.tolerance, p.reason),
+        ("within_ci", Some((lo, hi))) => format!(
+            "{ours} over {} runs: a mean of {} runs lies in [{}, {}] with 99 %",
+            number.n,
+            p.runs.unwrap_or(1),
+            four_digits(lo),
+            four_digits(hi)
+        ),
+        ("holds" | "does_not_hold", _) => {
+            format!("measured {ours} over {} runs; asked for {}: {}", number.n, p.tolerance, p.reason)
+        }
+        ("lost_in_source", _) => format!("the printed value is lost; ours is {ours}"),
+        ("error", _) => format!("{ours}: a claim without a comparison"),
+        (_, Some((lo, hi))) => format!(
+            "{ours} over {} runs; the printed number is not in [{}, {}]",
+            number.n,
+            four_digits(lo),
+            four_digits(hi)
+        ),
+        _ => format!("{ours} against {}", p.printed),
+    }
+}
+
+/// Four significant digits, plain between 1e-4 and 1e6.
+pub fn four_digits(x: f64) -> String {
+    if x == 0.0 {
+        return "0".to_owned();
+    }
+    let scientific = format!("{x:.3e}");
+    let Some((_, exponent)) = scientific.split_once('e') else { return scientific };
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    if !(-4..6).contains(&exponent) {
+        return scientific;
+    }
+    let decimals = (3 - exponent).max(0) as usize;
+    let plain = format!("{x:.decimals$}");
+    if plain.contains('.') {
+        plain.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        plain
+    }
+}
+
+/// The number that an experiment's file holds at `path`: keys joined by dots, `[i]` from 0, a list of tables
+/// entered by `id` or `name`.
+fn parameter(text: &str, path: &str) -> Option<f64> {
+    let table = toml::de::DeTable::parse(text).ok()?;
+    let mut at = DeValue::Table(table.into_inner());
+    for part in path.replace('[', ".[").split('.') {
+        at = match (part.strip_prefix('[').and_then(|p| p.strip_suffix(']')), at) {
+            (Some(index), DeValue::Array(items)) => {
+                items.into_iter().nth(index.parse().ok()?)?.into_inner()
+            }
+            (None, DeValue::Table(mut table)) => table.remove(part)?.into_inner(),
+            (None, DeValue::Array(items)) => items.into_iter().map(|item| item.into_inner()).find(|item| {
+                let key = |k| item.get(k).and_then(|v| v.as_ref().as_str());
+                key("id").or(key("name")) == Some(part)
+            })?,
+            _ => return None,
+        };
+    }
+    let number = at.as_float().map(|x| x.as_str().to_owned());
+    number.or_else(|| at.as_integer().map(|i| i.as_str().to_owned()))?.replace('_', "").parse().ok()
+}
+
+/// Each printed time beside ours, the mean time of a step in ms; `times` has the mean time of a step in ns
+/// of every run, by experiment and estimator.
+///
+/// A time is never better than `ordering_holds`: its rank among the printed times of its table's row is the
+/// same as ours.
+pub fn timings(paper: &Paper, times: &BTreeMap<(String, String), Vec<f64>>) -> Vec<TimingComparison> {
+    let ours = |cell: &Cell, estimator: &str| {
+        let values = times.get(&(cell.experiment.clone(), estimator.to_owned()))?;
+        mean_sd(values).map(|(mean, _)| mean / 1e6)
+    };
+    let measured: Vec<(&Published, &Cell, Option<f64>)> = paper
+        .published
+        .iter()
+        .filter_map(|p| {
+            let cell = paper.cells.iter().find(|c| p.is(c) && c.metric == "timing")?;
+            let mut value = ours(cell, &cell.estimator);
+            if !cell.over.is_empty() {
+                value = value.zip(ours(cell, &cell.over)).map(|(a, b)| a / b);
+            }
+            Some((p, cell, value))
+        })
+        .collect();
+    measured
+        .iter()
+        .filter(|(p, _, _)| p.kind == "timing")
+        .map(|(p, cell, value)| {
+            let peers: Vec<(f64, f64)> = measured
+                .iter()
+                .filter(|(q, c, _)| {
+                    q.table == p.table && q.row == p.row && q.unit == p.unit && c.over == cell.over
+                })
+                .filter_map(|(q, _, v)| Some((q.value()?, (*v)?)))
+                .collect();
+            let mine = p.value().zip(*value);
+            let (verdict, reason) = match mine {
+                None => ("error", "no time was measured".to_owned()),
+                Some(_) if peers.len() < 2 => {
+                    ("differs", "a single printed time has no rank; another machine, another program".to_owned())
+                }
+                Some((printed, measured)) => {
+                    let same = peers.iter().all(|(theirs, ours)| {
+                        (theirs < &printed) as i8 - (theirs > &printed) as i8 == 0
+                            || (theirs < &printed) == (ours < &measured)
+                    });
+                    if same {
+                        ("ordering_holds", "its rank among the printed times is the same".to_owned())
+                    } else {
+                        ("differs", "the order of the measured times is another".to_owned())
+                    }
+                }
+            };
+            TimingComparison {
+                table: p.table.as_str().into(),
+                row: p.row.as_str().into(),
+                column: p.column.as_str().into(),
+                published: p.printed.as_str().into(),
+                reproduced_ms: *value,
+                verdict: verdict.into(),
+                reason: reason.into(),
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_show_four_digits() {
+        for (x, text) in [
+            (0.0440012, "0.044"),
+            (1.0, "1"),
+            (0.99999, "1"),
+            (123_456.0, "123456"),
+            (1.234_56e-7, "1.235e-7"),
+            (-0.25444, "-0.2544"),
+        ] {
+            assert_eq!(four_digits(x), text);
+        }
+    }
+
+    #[test]
+    fn a_parameter_is_found_by_its_path() {
+        let text = "steps = 40\n[noise]\nw = { covariance = [[1.0, 2.5], [3.0, 4.0]] }\n\
+                    [[estimator]]\nid = \"f\"\nphi = 100\n[[metric]]\nname = \"rmse\"\nfrom = 4\n";
+        assert_eq!(parameter(text, "steps"), Some(40.0));
+        assert_eq!(parameter(text, "noise.w.covariance[0][1]"), Some(2.5));
+        assert_eq!(parameter(text, "estimator.f.phi"), Some(100.0));
+        assert_eq!(parameter(text, "metric.rmse.from"), Some(4.0));
+        assert_eq!(parameter(text, "metric.rmse.to"), None);
+    }
+}

@@ -1,0 +1,388 @@
+//! reduce: the steps of every run folded into that run's metrics.
+//!
+//! (Not to be confused with `reduce_order`, which makes a set simpler.) The formulas stand in
+//! [`crate::experiment::METRICS`]; sums run over k in ascending order.
+
+use crate::error::Error;
+use crate::experiment::MetricSpec;
+use crate::experiment::metric::Bound;
+use crate::rows::{Belief, Estimate, Metric};
+use crate::stage::estimate::{Job, describe, phase_name};
+use crate::stage::{Experiment, Recordings, metadata};
+use crate::store::Artifact;
+use crate::table::{self, Name};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use std::path::Path;
+use zonobench_estimation::estimators::{printed_width_bound, width_bound};
+use zonobench_estimation::{EstimationError, Problem, System as _};
+use zonobench_sets::ellipsoid::{Ellipsoid, chi_square_isf};
+use zonobench_sets::{IntervalVector, Matrix};
+
+/// The code that this stage can reach.
+pub const CODE: &str = env!("ZONOBENCH_CODE_REDUCE");
+
+/// What the metrics depend on: the contents of the simulation and of every estimator's estimates.
+pub fn input(experiment: &Experiment, data: &str, estimates: &[String]) -> Value {
+    let estimators: Vec<Value> = experiment
+        .estimators
+        .iter()
+        .zip(estimates)
+        .map(|(e, content)| json!({ "id": e.id, "content": content }))
+        .collect();
+    json!({
+        "metrics": experiment.metrics,
+        "steps": experiment.steps,
+        "data": data,
+        "estimators": estimators,
+        // The width bounds are functions of the system and the noise boxes.
+        "problem": experiment.problem,
+    })
+}
+
+/// A belief at one step, as the tables hold it.
+#[derive(Clone, Default)]
+struct Point {
+    center: Vec<f64>,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    covariance: Option<Matrix>,
+    radius: Option<f64>,
+    volume: Option<f64>,
+    contains: Option<bool>,
+}
+
+impl Point {
+    fn half_widths(&self) -> impl Iterator<Item = f64> {
+        self.widths().map(|w| 0.5 * w)
+    }
+
+    fn widths(&self) -> impl Iterator<Item = f64> {
+        self.upper.iter().zip(&self.lower).map(|(u, l)| u - l)
+    }
+
+    fn has_set(&self) -> bool {
+        !self.lower.is_empty()
+    }
+}
+
+/// One estimator's beliefs: phases[phase][run][k].
+struct Series {
+    id: String,
+    kind: String,
+    reported: usize,
+    phases: [Vec<Vec<Option<Point>>>; 2],
+    inconsistent: Vec<Option<usize>>,
+}
+
+impl Series {
+    fn at(&self, phase: usize, run: usize, k: usize) -> Option<&Point> {
+        self.phases[phase].get(run)?.get(k)?.as_ref()
+    }
+}
+
+fn phase_index(name: &str) -> usize {
+    usize::from(name == "updated")
+}
+
+fn read(
+    experiment: &Experiment,
+    index: usize,
+    runs: usize,
+    estimates: &Path,
+    beliefs: &Path,
+) -> Result<Series, Error> {
+    let n = experiment.problem.system.variables().x.len();
+    let info = describe(&Job::of(experiment, index))?;
+    let empty = || vec![vec![None; experiment.steps + 1]; runs];
+    let mut series = Series {
+        id: info.estimator.to_string(),
+        kind: info.kind.to_string(),
+        reported: phase_index(&info.reported_phase),
+        phases: [empty(), empty()],
+        inconsistent: vec![None; runs],
+    };
+    table::for_each::<Estimate>(estimates, |row| {
+        let (run, k) = (row.run as usize, row.k as usize);
+        let Some(center) = row.center else {
+            if &*row.status == "inconsistent" {
+                series.inconsistent[run] = Some(k);
+            }
+            return;
+        };
+        let point = series.phases[phase_index(&row.phase)][run][k].get_or_insert_with(Point::default);
+        point.center.push(center);
+        if let (Some(lower), Some(upper)) = (row.lower, row.upper) {
+            point.lower.push(lower);
+            point.upper.push(upper);
+        }
+    })?;
+    table::for_each::<Belief>(beliefs, |row| {
+        let place = &mut series.phases[phase_index(&row.phase)][row.run as usize][row.k as usize];
+        if let Some(point) = place {
+            point.covariance = row.covariance.map(|p| Matrix::from_fn(n, n, |i, j| p[i * n + j]));
+            point.radius = row.radius;
+            point.volume = row.volume;
+            point.contains = row.contains_truth;
+        }
+    })?;
+    Ok(series)
+}
+
+/// Writes `metrics.parquet` from the artifacts of `simulate` and of every estimator, in the file's order.
+pub fn make(
+    experiment: &Experiment,
+    recordings: &Recordings,
+    estimates: &[Artifact],
+    dir: &Path,
+) -> Result<(), Error> {
+    let runs = recordings.runs();
+    let series: Vec<Series> = estimates
+        .iter()
+        .enumerate()
+        .map(|(index, artifact)| {
+            let path = |name: &str| {
+                artifact.path(name).ok_or_else(|| Error::Unknown {
+                    what: "file of the estimates",
+                    got: name.to_owned(),
+                    expected: "estimates.parquet, beliefs.parquet".to_owned(),
+                })
+            };
+            read(experiment, index, runs, &path("estimates.parquet")?, &path("beliefs.parquet")?)
+        })
+        .collect::<Result<_, _>>()?;
+    let mut rows = Vec::new();
+    for (index, s) in series.iter().enumerate() {
+        for spec in &experiment.metrics {
+            rows.extend(fold(experiment, recordings, &series, index, spec, s)?);
+        }
+    }
+    table::write(&dir.join("metrics.parquet"), rows, &metadata("reduce", Some(experiment.seed)))?;
+    Ok(())
+}
+
+/// The values of one metric of one estimator over all runs; none where the metric does not apply to it.
+fn fold(
+    experiment: &Experiment,
+    recordings: &Recordings,
+    series: &[Series],
+    index: usize,
+    spec: &MetricSpec,
+    s: &Series,
+) -> Result<Vec<Metric>, Error> {
+    let other = |id: &Option<String>| id.as_ref().and_then(|id| series.iter().find(|o| o.id == *id));
+    let compared = [other(&spec.over), other(&spec.than), other(&spec.within)].into_iter().flatten().next();
+    if compared.is_some_and(|o| o.id == s.id) {
+        return Ok(Vec::new());
+    }
+    let fail = |source: EstimationError| Error::Estimation {
+        experiment: experiment.name(),
+        estimator: s.id.clone(),
+        run: 0,
+        source,
+    };
+    let components: Vec<Name> =
+        experiment.problem.system.variables().x.iter().map(|v| v.name.as_str().into()).collect();
+    let context = Context {
+        steps: experiment.steps,
+        spec,
+        s,
+        compared,
+        phase: spec.phase.map_or(s.reported, |p| phase_index(phase_name(p))),
+        compared_phase: spec
+            .than_phase
+            .or(spec.within_phase)
+            .map(|p| phase_index(phase_name(p)))
+            .or(compared.map(|o| o.reported))
+            .unwrap_or(1),
+        bound: match spec.bound {
+            Some(_) if s.kind != "box-state-est" => return Ok(Vec::new()),
+            Some(bound) => {
+                Some(box_bound(&experiment.estimators[index].problem, bound).map_err(fail)?)
+            }
+            None => None,
+        },
+        ellipsoid: match spec.level {
+            Some(level) if spec.name.starts_with("ellipsoid") => Some(
+                chi_square_isf(1.0 - level, components.len())
+                    .map_err(EstimationError::at(0, "level of the ellipsoid"))
+                    .map_err(fail)?,
+            ),
+            _ => None,
+        },
+    };
+    let values: Vec<Vec<(Option<usize>, Option<f64>)>> =
+        (0..recordings.runs()).into_par_iter().map(|run| context.run(recordings, run)).collect();
+    // A metric without a value in any run does not apply to this kind of estimator.
+    if values.iter().flatten().all(|(_, value)| value.is_none()) {
+        return Ok(Vec::new());
+    }
+    let id: Name = s.id.as_str().into();
+    let metric: Name = spec.id.as_str().into();
+    let over: Option<Name> = compared.map(|o| o.id.as_str().into());
+    Ok(values
+        .into_iter()
+        .enumerate()
+        .flat_map(|(run, values)| values.into_iter().map(move |(component, value)| (run, component, value)))
+        .map(|(run, component, value)| Metric {
+            estimator: id.clone(),
+            run: run as i32,
+            metric: metric.clone(),
+            component: component.map(|i| components[i].clone()),
+            over: over.clone(),
+            value: value.filter(|v| !v.is_nan()),
+        })
+        .collect())
+}
+
+/// The width bound of [Meslem2018, Eq. (17)], as printed or corrected, for the noise boxes of `problem`.
+fn box_bound(problem: &Problem, bound: Bound) -> Result<f64, EstimationError> {
+    let parts = problem.system.linear_parts().ok_or(EstimationError::Unsupported {
+        kind: "box-state-est",
+        what: "the width bound of this system",
+        reason: "it holds for linear systems".into(),
+    })?;
+    let bound = match bound {
+        Bound::Printed => printed_width_bound(&parts.a, &parts.c)?,
+        Bound::Corrected => width_bound(&parts.a, &parts.c)?,
+    };
+    let widest = |hull: IntervalVector| hull.iter().map(|side| side.hi() - side.lo()).fold(0.0, f64::max);
+    Ok(bound.width(widest(problem.v.box_hull()), widest(problem.w.box_hull())))
+}
+
+struct Context<'a> {
+    steps: usize,
+    spec: &'a MetricSpec,
+    s: &'a Series,
+    compared: Option<&'a Series>,
+    phase: usize,
+    compared_phase: usize,
+    bound: Option<f64>,
+    ellipsoid: Option<f64>,
+}
+
+impl Context<'_> {
+    /// (component, value) of one run.
+    fn run(&self, recordings: &Recordings, run: usize) -> Vec<(Option<usize>, Option<f64>)> {
+        let window: Vec<(usize, &Point)> = (0..=self.steps)
+            .filter(|&k| self.spec.covers(k))
+            .filter_map(|k| Some((k, self.s.at(self.phase, run, k)?)))
+            .collect();
+        let truth = |k: usize| recordings.state(run, k).unwrap_or_default();
+        let n = window.first().map_or(0, |(_, p)| p.center.len());
+        let sets = || window.iter().filter(|(_, p)| p.has_set());
+        let one = |value: Option<f64>| vec![(None, value)];
+        match self.spec.name {
+            "rmse" => (0..n)
+                .map(|i| {
+                    let square = |k: usize, p: &Point| {
+                        let e = p.center[i] - truth(k)[i];
+                        e * e
+                    };
+                    (Some(i), self.ratio_or(&window, run, square).map(f64::sqrt))
+                })
+                .collect(),
+            "radius" | "r_box" => {
+                one(self.ratio_or(&window, run, |_, p| p.half_widths().fold(f64::NAN, f64::max)))
+            }
+            "width" => {
+                let component =
+                    |i: usize| (Some(i), self.ratio_or(&window, run, |_, p| width_of(p, i)));
+                let mut values: Vec<_> = (0..n).map(component).collect();
+                values.push((None, self.ratio_or(&window, run, |_, p| p.widths().fold(f64::NAN, f64::max))));
+                values
+            }
+            "volume" | "area" => one(self.ratio_or(&window, run, |_, p| p.volume.unwrap_or(f64::NAN))),
+            "bound_ratio" => one(self.bound.and_then(|bound| {
+                sets().flat_map(|(_, p)| p.widths()).map(|w| w / bound).reduce(f64::max)
+            })),
+            "contains" => one(share(window.iter().filter_map(|(_, p)| p.contains))),
+            "outside" => {
+                let any = sets().next().is_some();
+                let lost = window.iter().filter(|(_, p)| p.contains == Some(false)).count();
+                one(any.then_some(lost as f64))
+            }
+            "inconsistent" => {
+                let ended = self.s.inconsistent[run].is_some_and(|k| self.spec.covers(k));
+                one(Some(f64::from(u8::from(ended))))
+            }
+            "better" => (0..n)
+                .map(|i| {
+                    let better = window.iter().filter_map(|(k, p)| {
+                        let q = self.compared?.at(self.compared_phase, run, *k)?;
+                        let x = truth(*k)[i];
+                        let (ours, theirs) = ((p.center[i] - x).abs(), (q.center[i] - x).abs());
+                        Some(if self.spec.strict { ours < theirs } else { ours <= theirs })
+                    });
+                    (Some(i), share(better))
+                })
+                .collect(),
+            "ellipsoid_contains" => one(share(window.iter().filter_map(|(k, p)| {
+                let sigma = self.ellipsoid?;
+                let ellipsoid = Ellipsoid::new(p.center.clone(), p.covariance.clone()?, sigma).ok()?;
+                ellipsoid.contains(&truth(*k)).ok()
+            }))),
+            "ellipsoid_inside" => one(share(window.iter().filter_map(|(k, p)| {
+                let sigma = self.ellipsoid?;
+                let ellipsoid = Ellipsoid::new(p.center.clone(), p.covariance.clone()?, sigma).ok()?;
+                let q = self.compared?.at(self.compared_phase, run, *k)?;
+                ellipsoid.is_inside(&IntervalVector::from_bounds(&q.lower, &q.upper).ok()?).ok()
+            }))),
+            "center_inside" => one(share(window.iter().filter_map(|(k, p)| {
+                let q = self.compared?.at(self.compared_phase, run, *k)?;
+                q.has_set().then(|| {
+                    let sides = q.lower.iter().zip(&q.upper);
+                    p.center.iter().zip(sides).all(|(c, (l, u))| l <= c && c <= u)
+                })
+            }))),
+            "boundary" => (0..n)
+                .map(|i| {
+                    let near = sets().filter_map(|(k, p)| {
+                        let (x, level) = (truth(*k)[i], self.spec.level?);
+                        let gap = (x - p.lower[i]).min(p.upper[i] - x);
+                        Some(gap <= level * width_of(p, i))
+                    });
+                    (Some(i), share(near))
+                })
+                .collect(),
+            other => unreachable!("the metric {other} was checked when the experiment was read"),
+        }
+    }
+
+    /// Mean over the window of `value`, or, with `over`, of its ratio to the other estimator's.
+    fn ratio_or(
+        &self,
+        window: &[(usize, &Point)],
+        run: usize,
+        value: impl Fn(usize, &Point) -> f64,
+    ) -> Option<f64> {
+        let mut sum = 0.0;
+        let mut count = 0usize;
+        for (k, point) in window {
+            let ours = value(*k, point);
+            let term = match self.compared {
+                None => ours,
+                Some(other) => ours / value(*k, other.at(self.compared_phase, run, *k)?),
+            };
+            sum += term;
+            count += 1;
+        }
+        (count > 0).then(|| sum / count as f64).filter(|mean| !mean.is_nan())
+    }
+}
+
+fn width_of(p: &Point, i: usize) -> f64 {
+    match (p.lower.get(i), p.upper.get(i)) {
+        (Some(l), Some(u)) => u - l,
+        _ => f64::NAN,
+    }
+}
+
+fn share(verdicts: impl Iterator<Item = bool>) -> Option<f64> {
+    let (mut yes, mut all) = (0usize, 0usize);
+    for verdict in verdicts {
+        yes += usize::from(verdict);
+        all += 1;
+    }
+    (all > 0).then(|| yes as f64 / all as f64)
+}
