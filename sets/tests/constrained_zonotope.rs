@@ -1,10 +1,10 @@
 //! Constrained zonotopes: every operation's rounding rule against exact rational points, the proved
 //! answers, and small sets that can be checked on paper.
 
-mod exact;
+mod rational;
 
-use exact::{Q, Source, known, product, q, up};
 use num_traits::{Signed, ToPrimitive, Zero};
+use rational::{Q, Source, known, product, q, up};
 use zonobench_sets::lp::Emptiness;
 use zonobench_sets::{ConstrainedZonotope, Containment, Interval, Matrix, SetError, Zonotope};
 

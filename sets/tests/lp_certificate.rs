@@ -1,9 +1,9 @@
 //! The certified bounds of the linear programs against exact rational arithmetic.
 
-mod exact;
+mod rational;
 
-use exact::{KINDS, Source, core, maximum, q, rows};
 use num_traits::{Signed, ToPrimitive};
+use rational::{KINDS, Source, core, maximum, q, rows};
 use zonobench_sets::lp::{Emptiness, LinearProgram};
 use zonobench_sets::{Matrix, SetError};
 
@@ -134,4 +134,33 @@ fn emptiness_is_never_claimed_wrongly_either_way() {
     }
     println!("empty, non-empty, undecided: {count:?}");
     assert!(count[0] > 20 && count[1] > 350 && count[2] < 20);
+}
+
+#[test]
+fn a_second_opinion_agrees_within_its_tolerance() {
+    let mut s = Source(4);
+    let (mut lp, mut other) = (LinearProgram::new(), LinearProgram::new());
+    for case in 0..90 {
+        let kind = case % KINDS.len();
+        if kind == 5 || kind == 6 {
+            continue;
+        }
+        let (m, n) = (1 + s.below(6), 10 + s.below(20));
+        let r = rows(&mut s, kind, m, n);
+        lp.load(&r.a, &r.b, &r.delta).unwrap();
+        other.load(&r.a, &r.b, &r.delta).unwrap();
+        let d = s.vector(n);
+        let (first, second) = (lp.maximize(&d), other.maximize_by_interior_point(&d));
+        let (first, second) = (first.unwrap().upper, second.unwrap());
+        // An interior point's multipliers are feasible to 1e-11 of sizes up to some hundreds.
+        assert!(
+            (first - second).abs() < 1e-6,
+            "{} ({m}, {n}): {first} {second}",
+            KINDS[kind]
+        );
+        if m <= 3 && n <= 14 {
+            let truth = maximum(&r.a, &r.b, &r.delta, &d).unwrap();
+            assert!(q(second) >= truth);
+        }
+    }
 }

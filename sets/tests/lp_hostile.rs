@@ -1,8 +1,8 @@
 //! Programs that break solvers: the answer is right, wider, undecided, or an error that says why.
 
-mod exact;
+mod rational;
 
-use exact::{KINDS, Source, maximum, q, rows};
+use rational::{KINDS, Source, maximum, q, rows};
 use zonobench_sets::lp::{Emptiness, LinearProgram};
 use zonobench_sets::{Matrix, SetError};
 

@@ -1,9 +1,9 @@
 //! Reductions and strips under rounding: a point that is exactly in the set is exactly in the result.
 
-mod exact;
+mod rational;
 
-use exact::{Q, Source, has, known, product, q, qs, up};
 use num_traits::{Signed, ToPrimitive, Zero};
+use rational::{Q, Source, has, known, product, q, qs, up};
 use zonobench_sets::reduction::{scott, yang_scott};
 use zonobench_sets::{ConstrainedZonotope, Matrix, SetError, Zonotope, strip};
 

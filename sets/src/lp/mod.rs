@@ -10,13 +10,18 @@
 //! the simplex's own objective: it is a bound computed from the multipliers y alone (`certificate`),
 //! valid for any y, so a bad pivot, drift or an early stop can only make it wider.
 //!
+//! Where the simplex gives up, an interior-point solver is asked (`second_opinion`), and its multipliers
+//! pass through the same certificate.
+//!
 //! The box makes every basis dual feasible once the nonbasic variables stand on the right side, so
 //! there is no first phase and every iterate carries a usable y.
 
 mod certificate;
+mod second_opinion;
 mod simplex;
 
-use crate::{Matrix, SetError};
+use crate::matrix::abs_sum;
+use crate::{Matrix, SetError, rounding};
 use certificate::Program;
 use simplex::{FEASIBLE, Outcome, STRICT, Simplex};
 
@@ -29,8 +34,11 @@ pub struct Work {
     pub pivots: u64,
     /// Tableaus rebuilt from the coefficients because rounding had built up.
     pub rebuilds: u64,
-    /// Programs in which the simplex gave up before its optimum; their bounds are valid, but wide.
+    /// Programs in which the simplex gave up before its optimum.
     pub unfinished: u64,
+    /// Programs given to the interior-point solver besides. Its bits may depend on the processor: a table
+    /// that is to be the same everywhere shows 0 here.
+    pub fallbacks: u64,
 }
 
 /// Whether { |ξ| ≤ 1, |Aξ − b| ≤ δ } is empty, as far as it can be proved.
@@ -173,7 +181,10 @@ impl LinearProgram {
             upper = upper.min(self.certified());
         }
         let optimal = outcome == Outcome::Optimal && self.simplex.complete();
-        self.work.unfinished += u64::from(!optimal);
+        if !optimal {
+            self.work.unfinished += 1;
+            upper = upper.min(self.fallback()?);
+        }
         Ok(Maximum { upper, optimal })
     }
 
@@ -197,6 +208,47 @@ impl LinearProgram {
             }
             self.simplex.set_aside(row);
         }
+    }
+
+    /// The bound by the interior-point solver's multipliers for the present direction, +∞ if it fails.
+    fn fallback(&mut self) -> Result<f64, SetError> {
+        self.work.fallbacks += 1;
+        let Some(opinion) = second_opinion::consult(&self.program, &self.direction) else {
+            return Ok(f64::INFINITY);
+        };
+        if !opinion.infeasible {
+            return Ok(self.program.upper_bound(
+                &self.direction,
+                &opinion.multipliers,
+                &mut self.residual,
+            ));
+        }
+        if self
+            .program
+            .farkas(&opinion.multipliers, &mut self.residual)
+            > 0.0
+        {
+            self.proved_empty = true;
+            return Err(SetError::Empty {
+                op: "linear program",
+            });
+        }
+        Ok(f64::INFINITY)
+    }
+
+    /// As [`LinearProgram::maximize`], by the interior-point solver alone and through the same
+    /// certificate: a second opinion, some hundred times slower.
+    pub fn maximize_by_interior_point(&mut self, d: &[f64]) -> Result<f64, SetError> {
+        const OP: &str = "linear program";
+        if d.len() != self.cols() {
+            return Err(SetError::Dimension {
+                op: OP,
+                expected: self.cols(),
+                got: d.len(),
+            });
+        }
+        self.direction[..d.len()].copy_from_slice(d);
+        Ok(self.fallback()?.min(rounding::up(abs_sum(d), d.len())))
     }
 
     fn rebuild(&mut self) {
@@ -265,6 +317,26 @@ impl LinearProgram {
                 self.simplex
                     .refine_point(&self.row_residual, &mut self.point);
             }
+        }
+        self.work.fallbacks += 1;
+        if let Some(opinion) = second_opinion::consult(&self.program, &self.direction) {
+            if opinion.infeasible
+                && self
+                    .program
+                    .farkas(&opinion.multipliers, &mut self.residual)
+                    > 0.0
+            {
+                self.proved_empty = true;
+                return Emptiness::Empty;
+            }
+            let point: Vec<f64> = opinion.point.iter().map(|x| x.clamp(-1.0, 1.0)).collect();
+            let missing = self
+                .program
+                .missing(&point, reserve, &mut self.row_residual);
+            if missing <= 0.0 {
+                return Emptiness::NonEmpty(point);
+            }
+            margin = margin.min(missing);
         }
         Emptiness::Undecided { margin }
     }

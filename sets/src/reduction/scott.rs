@@ -146,6 +146,9 @@ pub fn eliminate_constraints(
     lifted.into_set()
 }
 
+/// One [lower, upper] a coordinate.
+type Ranges = Vec<[f64; 2]>;
+
 /// The lifted rows, n of the set and then the constraints.
 struct Lifted {
     n: usize,
@@ -302,7 +305,7 @@ impl Lifted {
     }
 
     /// E_j and R_j of every coordinate; `Empty` if some E_j is.
-    fn ranges(&self) -> Result<(Vec<[f64; 2]>, Vec<[f64; 2]>), SetError> {
+    fn ranges(&self) -> Result<(Ranges, Ranges), SetError> {
         let p = self.cols;
         let mut e = vec![[-1.0, 1.0]; p];
         let mut r = vec![[f64::NEG_INFINITY, f64::INFINITY]; p];
@@ -560,8 +563,7 @@ fn cholesky(mut m: Matrix) -> Option<Matrix> {
     for k in 0..n {
         let first = m[(k, k)];
         let pivot = first - (0..k).fold(0.0, |s, l| s + m[(k, l)] * m[(k, l)]);
-        // NaN fails too.
-        if !(pivot > 1e-14 * first.abs()) {
+        if pivot.is_nan() || pivot <= 1e-14 * first.abs() {
             return None;
         }
         let root = pivot.sqrt();

@@ -70,7 +70,7 @@ pub fn reduce(z: &Zonotope, generators: usize) -> Result<Zonotope, SetError> {
         .map(|k| others[k])
         .collect();
     let mut g = Matrix::zeros(n, n + kept.len());
-    for i in 0..n {
+    for (i, r) in r.iter_mut().enumerate() {
         let source = z.g().row(i);
         let target = g.row_mut(i);
         for (x, (&t, &s)) in target.iter_mut().zip(t.row(i).iter().zip(&stretch)) {
@@ -80,7 +80,7 @@ pub fn reduce(z: &Zonotope, generators: usize) -> Result<Zonotope, SetError> {
             *x = source[k];
         }
         // 3 operations and the sum over k a row, its summands computed in 2n + 3.
-        r[i] = up(r[i] + U * abs_sum(&target[..n]), absorbed.len() + 3 * n + 8);
+        *r = up(*r + U * abs_sum(&target[..n]), absorbed.len() + 3 * n + 8);
     }
     Zonotope::checked(OP, z.c().to_vec(), g, r)
 }
