@@ -250,7 +250,7 @@ impl Simplex {
             let Some(r) = self.leaving(by_index, tolerance) else {
                 return (Outcome::Optimal, pivots as u64);
             };
-            let Some((q, step)) = self.entering(r, by_index) else {
+            let Some((q, step)) = self.entering(r, by_index, tolerance) else {
                 return (Outcome::Infeasible { row: r }, pivots as u64);
             };
             still = if step > 0.0 { 0 } else { still + 1 };
@@ -295,7 +295,7 @@ impl Simplex {
     }
 
     /// The column that enters for row `r`, the dual step, and in `flips` the columns passed.
-    fn entering(&mut self, r: usize, by_index: bool) -> Option<(usize, f64)> {
+    fn entering(&mut self, r: usize, by_index: bool, tolerance: f64) -> Option<(usize, f64)> {
         self.flips.clear();
         let sign = if self.x[r] > 0.0 { -1.0 } else { 1.0 };
         let active = self.active;
@@ -328,7 +328,8 @@ impl Simplex {
         if total < excess && limit < f64::INFINITY {
             (count, total) = collect(slope, gap, range, f64::INFINITY, &mut self.breakpoints);
         }
-        if total < excess || count == 0 {
+        // The breakpoints end before x_r is in its range, by more than the tolerance.
+        if total < excess - tolerance || count == 0 {
             return None;
         }
         let points = &mut self.breakpoints[..count];
