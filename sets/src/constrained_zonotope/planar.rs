@@ -50,7 +50,17 @@ impl ConstrainedZonotope {
         Ok(without_straight_corners(polygon, near))
     }
 
-    /// A point of ⟨c, G, A, b⟩ where dᵀx is greatest, rounded to nearest.
+    /// A point of ⟨c, G, A, b⟩ where dᵀx is greatest, rounded to nearest; r and δ do not enter.
+    ///
+    /// Fails with `Dimension`, `NotFinite`, or `Empty` if the set is proved empty.
+    pub fn support_vector(&self, d: &[f64]) -> Result<Vec<f64>, SetError> {
+        same("support vector", self.dim(), d.len())?;
+        let mut lp = LinearProgram::new();
+        self.load(&mut lp)?;
+        self.extreme_point(d, &mut lp)
+    }
+
+    /// The support vector, the constraints being in `lp` already.
     pub(super) fn extreme_point(
         &self,
         d: &[f64],
