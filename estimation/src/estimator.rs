@@ -7,7 +7,7 @@
 
 use crate::estimators::{
     BoxStateEst, BoxStateEstSettings, BoxWindow, Ezgkf, EzgkfM, EzgkfSettings, Ezgkp,
-    EzgkpSettings, Gaussian, Kalman, KalmanSettings, ZonotopicGaussian,
+    EzgkpSettings, Gaussian, Kalman, KalmanSettings, MixedBelief,
 };
 use crate::{EstimationError, Problem};
 use serde::{Deserialize, Serialize};
@@ -297,16 +297,16 @@ macro_rules! estimators {
     };
 }
 
-beliefs!(Gaussian, BoxWindow, ZonotopicGaussian);
+beliefs!(Gaussian, BoxWindow, MixedBelief);
 
 const MIXED_KEYS: [&str; 6] = ["phi", "eta", "alpha", "gain", "overbars", "merge_parallel"];
 
 estimators! {
     Kalman, KalmanSettings, Gaussian, "kalman", [];
     BoxStateEst, BoxStateEstSettings, BoxWindow, "box-state-est", ["products"];
-    Ezgkf, EzgkfSettings, ZonotopicGaussian, "ezgkf", MIXED_KEYS;
-    EzgkfM, EzgkfSettings, ZonotopicGaussian, "ezgkf-m", MIXED_KEYS;
-    Ezgkp, EzgkpSettings, ZonotopicGaussian, "ezgkp",
+    Ezgkf, EzgkfSettings, MixedBelief, "ezgkf", MIXED_KEYS;
+    EzgkfM, EzgkfSettings, MixedBelief, "ezgkf-m", MIXED_KEYS;
+    Ezgkp, EzgkpSettings, MixedBelief, "ezgkp",
         ["phi", "eta", "alpha", "gain", "overbars", "merge_parallel", "form"];
 }
 

@@ -423,7 +423,7 @@ impl DeltaLaw {
                 }
                 Ok(())
             }
-            DeltaLaw::Constant { value } if !(value.abs() <= 1.0) => {
+            DeltaLaw::Constant { value } if value.is_nan() || value.abs() > 1.0 => {
                 Err(part_error(part, "a value in [-1, 1]", value.to_string()))
             }
             DeltaLaw::Sine(wave) => {

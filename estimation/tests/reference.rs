@@ -26,12 +26,17 @@ fn read<T: for<'a> Deserialize<'a>>(name: &str) -> T {
 fn assert_close(what: &str, k: usize, got: &[f64], expected: &[f64]) {
     assert_eq!(got.len(), expected.len(), "{what} at k = {k}");
     for (g, e) in got.iter().zip(expected) {
-        assert!((g - e).abs() <= TOLERANCE, "{what} at k = {k}: {got:?}, expected {expected:?}");
+        assert!(
+            (g - e).abs() <= TOLERANCE,
+            "{what} at k = {k}: {got:?}, expected {expected:?}"
+        );
     }
 }
 
 fn given(y: &[Vec<f64>]) -> Vec<Vec<Option<f64>>> {
-    y.iter().map(|y| y.iter().map(|&y| Some(y)).collect()).collect()
+    y.iter()
+        .map(|y| y.iter().map(|&y| Some(y)).collect())
+        .collect()
 }
 
 #[derive(Deserialize)]
@@ -80,7 +85,15 @@ struct BoxExpected {
 
 fn run(settings: &EstimatorSettings, problem: &Problem, y: &[Vec<f64>]) -> Vec<Step<AnyBelief>> {
     let estimator = AnyEstimator::new(settings, problem).unwrap();
-    let u = vec![vec![0.0; zonobench_estimation::System::variables(&problem.system).u.len()]; y.len()];
+    let u = vec![
+        vec![
+            0.0;
+            zonobench_estimation::System::variables(&problem.system)
+                .u
+                .len()
+        ];
+        y.len()
+    ];
     track(&estimator, y.len() - 1, &u, &given(y)).collect()
 }
 
@@ -95,8 +108,14 @@ fn scenario_a() -> (Box1, Problem) {
             covariance: Some(file.kf.G0.clone()),
             ..of(&file.x0_box)
         },
-        w: Uncertain { covariance: Some(file.kf.Gd.clone()), ..of(&file.d_box) },
-        v: Uncertain { covariance: Some(file.kf.Gv.clone()), ..of(&file.v_box) },
+        w: Uncertain {
+            covariance: Some(file.kf.Gd.clone()),
+            ..of(&file.d_box)
+        },
+        v: Uncertain {
+            covariance: Some(file.kf.Gv.clone()),
+            ..of(&file.v_box)
+        },
     };
     (file, problem)
 }
@@ -110,10 +129,25 @@ fn box_state_est_gives_the_boxes_of_scenario_a() {
         let steps = run(&settings, &problem, &file.y);
         assert_eq!(steps.len(), 120);
         let mut widest: f64 = 0.0;
-        for Step { k, predicted, updated } in steps {
+        for Step {
+            k,
+            predicted,
+            updated,
+        } in steps
+        {
             let predicted = predicted.unwrap().interval_hull().unwrap();
-            assert_close("predicted lower", k, &predicted.lower(), &file.expected.pred_lo[k]);
-            assert_close("predicted upper", k, &predicted.upper(), &file.expected.pred_hi[k]);
+            assert_close(
+                "predicted lower",
+                k,
+                &predicted.lower(),
+                &file.expected.pred_lo[k],
+            );
+            assert_close(
+                "predicted upper",
+                k,
+                &predicted.upper(),
+                &file.expected.pred_hi[k],
+            );
             let updated = updated.unwrap();
             assert_close("center", k, &updated.center(), &file.expected.xhat[k]);
             let hull = updated.interval_hull().unwrap();
@@ -125,7 +159,10 @@ fn box_state_est_gives_the_boxes_of_scenario_a() {
         }
         let (a, c) = (&file.system.A, &file.system.C);
         let bound = width_bound(a, c).unwrap().width(2.0, 2.0);
-        assert!(widest <= bound + TOLERANCE && widest > bound - 1e-3, "{widest} of {bound}");
+        assert!(
+            widest <= bound + TOLERANCE && widest > bound - 1e-3,
+            "{widest} of {bound}"
+        );
     }
 }
 
@@ -133,23 +170,62 @@ fn box_state_est_gives_the_boxes_of_scenario_a() {
 fn the_width_bounds_are_those_of_scenario_a() {
     let (file, _) = scenario_a();
     let (a, c) = (&file.system.A, &file.system.C);
-    let (corrected, printed) = (width_bound(a, c).unwrap(), printed_width_bound(a, c).unwrap());
-    assert_close("bound", 0, &[corrected.of_v, corrected.of_d], &file.expected.beta_corrected_tight);
-    assert_close("printed bound", 0, &[printed.of_v, printed.of_d], &file.expected.beta_printed);
+    let (corrected, printed) = (
+        width_bound(a, c).unwrap(),
+        printed_width_bound(a, c).unwrap(),
+    );
+    assert_close(
+        "bound",
+        0,
+        &[corrected.of_v, corrected.of_d],
+        &file.expected.beta_corrected_tight,
+    );
+    assert_close(
+        "printed bound",
+        0,
+        &[printed.of_v, printed.of_d],
+        &file.expected.beta_printed,
+    );
 }
 
 #[test]
 fn the_kalman_filter_gives_the_estimates_of_scenario_a() {
     let (file, problem) = scenario_a();
-    for Step { k, predicted, updated } in
-        run(&EstimatorSettings::Kalman(KalmanSettings {}), &problem, &file.y)
-    {
+    for Step {
+        k,
+        predicted,
+        updated,
+    } in run(
+        &EstimatorSettings::Kalman(KalmanSettings {}),
+        &problem,
+        &file.y,
+    ) {
         let (predicted, updated) = (predicted.unwrap(), updated.unwrap());
-        assert_close("x predicted", k, &predicted.center(), &file.expected.kf_x_pred[k]);
-        assert_close("x updated", k, &updated.center(), &file.expected.kf_x_filt[k]);
+        assert_close(
+            "x predicted",
+            k,
+            &predicted.center(),
+            &file.expected.kf_x_pred[k],
+        );
+        assert_close(
+            "x updated",
+            k,
+            &updated.center(),
+            &file.expected.kf_x_filt[k],
+        );
         let p = |b: &AnyBelief| b.covariance().unwrap().as_slice().to_vec();
-        assert_close("P predicted", k, &p(&predicted), file.expected.kf_G_pred[k].as_slice());
-        assert_close("P updated", k, &p(&updated), file.expected.kf_G_filt[k].as_slice());
+        assert_close(
+            "P predicted",
+            k,
+            &p(&predicted),
+            file.expected.kf_G_pred[k].as_slice(),
+        );
+        assert_close(
+            "P updated",
+            k,
+            &p(&updated),
+            file.expected.kf_G_filt[k].as_slice(),
+        );
     }
 }
 
@@ -198,8 +274,13 @@ fn mixed_agrees(name: &str) {
     let s = &file.system;
     let system = match s.model.as_str() {
         "lpv" => AnySystem::Lpv(
-            Lpv::new(s.A0.clone().unwrap(), s.Ai.clone().unwrap(), Some(s.B.clone()), s.C.clone())
-                .unwrap(),
+            Lpv::new(
+                s.A0.clone().unwrap(),
+                s.Ai.clone().unwrap(),
+                Some(s.B.clone()),
+                s.C.clone(),
+            )
+            .unwrap(),
         ),
         "vdp" => AnySystem::VanDerPol(VanDerPol::new(s.Ts.unwrap()).unwrap()),
         other => panic!("{other}"),
@@ -253,10 +334,21 @@ fn mixed_agrees(name: &str) {
             let hull = belief.interval_hull().unwrap();
             assert_close(&what("lower"), e.k, &hull.lower(), &e.lo);
             assert_close(&what("upper"), e.k, &hull.upper(), &e.hi);
-            assert_close(&what("P"), e.k, belief.covariance().unwrap().as_slice(), e.P.as_slice());
+            assert_close(
+                &what("P"),
+                e.k,
+                belief.covariance().unwrap().as_slice(),
+                e.P.as_slice(),
+            );
             let size = belief.size();
             assert_close(&what("tr GG'"), e.k, &[size.trace_ggt.unwrap()], &[e.trGGt]);
-            assert_eq!(size.n_generators, Some(e.n_g), "{} at k = {}", what("order"), e.k);
+            assert_eq!(
+                size.n_generators,
+                Some(e.n_g),
+                "{} at k = {}",
+                what("order"),
+                e.k
+            );
         }
     }
 }

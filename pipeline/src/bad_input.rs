@@ -15,7 +15,8 @@ pub struct BadInput {
     line: Option<usize>,
     message: String,
     help: Option<String>,
-    source: Option<(NamedSource<String>, SourceSpan)>,
+    // Boxed, because a fault is returned by value all the way up.
+    source: Option<Box<(NamedSource<String>, SourceSpan)>>,
 }
 
 impl BadInput {
@@ -40,7 +41,7 @@ impl BadInput {
 
     /// A fault at the bytes `span` of `text`, which is the content of `file`.
     pub fn span(file: &str, text: &str, span: Range<usize>, message: impl Into<String>) -> Self {
-        let start = span.start.min(text.len());
+        let start = text.floor_char_boundary(span.start);
         let line = 1 + text.as_bytes()[..start]
             .iter()
             .filter(|&&b| b == b'\n')
@@ -49,11 +50,11 @@ impl BadInput {
         let end = text[start..]
             .find('\n')
             .map_or(text.len(), |at| start + at)
-            .min(span.end.max(start));
+            .min(text.ceil_char_boundary(span.end.max(start)));
         let source = NamedSource::new(file, text.to_owned());
         Self {
             line: Some(line),
-            source: Some((source, (start..end).into())),
+            source: Some(Box::new((source, (start..end).into()))),
             ..Self::file(file, message)
         }
     }
@@ -91,14 +92,14 @@ impl Diagnostic for BadInput {
     fn source_code(&self) -> Option<&dyn SourceCode> {
         self.source
             .as_ref()
-            .map(|(source, _)| source as &dyn SourceCode)
+            .map(|marked| &marked.0 as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let (_, span) = self.source.as_ref()?;
+        let span = self.source.as_ref()?.1;
         Some(Box::new(std::iter::once(LabeledSpan::new_with_span(
             Some("here".into()),
-            *span,
+            span,
         ))))
     }
 }

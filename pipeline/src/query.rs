@@ -3,10 +3,12 @@
 use crate::error::Error;
 use crate::lake::{files_of, read_manifest, table_names};
 use polars::prelude::{
-    AnyValue, DataFrame, IntoLazy, LazyFrame, PlRefPath, PolarsError, ScanArgsParquet,
+    AnyValue, DataFrame, DataType, Field, IntoLazy, LazyFrame, PlRefPath, PolarsError,
+    ScanArgsParquet,
 };
 use polars::sql::SQLContext;
 use std::path::Path;
+use std::sync::Arc;
 
 /// How a result is printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -35,10 +37,16 @@ pub fn context(lake: &Path) -> Result<(SQLContext, Vec<&'static str>), Error> {
     Ok((context, names))
 }
 
-/// A Hive-partitioned folder of Parquet files.
+/// A Hive-partitioned folder of Parquet files; its keys are strings, whatever they look like.
 pub fn scan(folder: &Path) -> Result<LazyFrame, PolarsError> {
+    let by_paper = ["published", "comparison", "timing_comparison"];
+    let paper_alone = folder.file_name().is_some_and(|name| by_paper.iter().any(|t| name == *t));
+    let keys: &[&str] = if paper_alone { &["paper"] } else { &["paper", "experiment"] };
     let mut arguments = ScanArgsParquet::default();
     arguments.hive_options.enabled = Some(true);
+    arguments.hive_options.try_parse_dates = false;
+    arguments.hive_options.schema =
+        Some(Arc::new(keys.iter().map(|k| Field::new((*k).into(), DataType::String)).collect()));
     LazyFrame::scan_parquet(PlRefPath::new(folder.display().to_string()), arguments)
 }
 

@@ -33,6 +33,23 @@ impl ZonotopicGaussian {
         Ok(Self { c, g, p })
     }
 
+    /// The same from parts that were computed from checked ones: shapes are asserted, P is neither
+    /// made symmetric nor factored. For the inner loop of a filter.
+    pub fn trusted(c: Vec<f64>, g: Matrix, p: Matrix) -> Self {
+        let n = c.len();
+        assert_eq!(
+            (g.rows(), p.rows(), p.cols()),
+            (n, n, n),
+            "zonotope with a Gaussian: c, G and P have the same dimension"
+        );
+        Self { c, g, p }
+    }
+
+    /// The same Gaussian and center with other generators, which have as many rows.
+    pub fn with_generators(self, g: Matrix) -> Self {
+        Self::trusted(self.c, g, self.p)
+    }
+
     /// n.
     pub fn dim(&self) -> usize {
         self.c.len()

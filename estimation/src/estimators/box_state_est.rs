@@ -16,11 +16,11 @@ use zonobench_sets::{Interval, IntervalMatrix, IntervalVector, Matrix};
 
 const KIND: &str = "box-state-est";
 
-/// How (N_k 1)[d], (O_d 1)[d] and (M₂ 1)[d] are read.
+/// How (N_k 1)\[d\], (O_d 1)\[d\] and (M₂ 1)\[d\] are read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Products {
-    /// The box [d] is stacked first, one independent copy for each step, and multiplied once: guaranteed.
+    /// The box \[d\] is stacked first, one independent copy for each step, and multiplied once: guaranteed.
     #[default]
     Stacked,
     /// The matrix product is taken first, as printed. This holds only for a d that is constant over the
@@ -37,13 +37,13 @@ pub struct BoxStateEstSettings {
     pub products: Products,
 }
 
-/// The box [x_k] with the window that the next boxes are made from: at most the last n steps of
+/// The box \[x_k\] with the window that the next boxes are made from: at most the last n steps of
 /// predictions, measurements, and the inputs that led into them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoxWindow {
-    /// [x_k].
+    /// \[x_k\].
     bounds: IntervalVector,
-    /// [x_j]_p … [x_k]_p, n entries each.
+    /// \[x_j\]_p … \[x_k\]_p, n entries each.
     predictions: Vec<Interval>,
     /// y_j … y_k, n_y entries each.
     measurements: Vec<Option<f64>>,
@@ -52,7 +52,7 @@ pub struct BoxWindow {
 }
 
 impl BoxWindow {
-    /// [x_k].
+    /// \[x_k\].
     pub fn bounds(&self) -> &IntervalVector {
         &self.bounds
     }
@@ -90,29 +90,29 @@ impl Belief for BoxWindow {
     }
 }
 
-/// Box-State-Est for x⁺ = A x + B u + d, y = C x + D u + v with d ∈ [d], v ∈ [v], x_0 ∈ [x_0].
+/// Box-State-Est for x⁺ = A x + B u + d, y = C x + D u + v with d ∈ \[d\], v ∈ \[v\], x_0 ∈ \[x_0\].
 ///
 /// With j = k − n + 1, O = [C; C A; …; C Aⁿ⁻¹], M₁ = Aⁿ⁻¹, M₂ = [I, A, …, Aⁿ⁻²]:
 ///
-/// * predict: [x_k]_p = A^k [x_0] + Σ_{i<k} A^{k−1−i} (B u_i + [d]) for k < n, then
-///   [x_k]_p = A [x_{k−1}] + B u_{k−1} + [d];
-/// * update, for k ≥ n − 1: R = (y_j; …; y_k) − ([v]; …; [v]) − O_d ([d]; …; [d]) − O_u (u_j; …; u_k),
-///   [x_j]_c = (O* R) ∩ [x_j]_p, [x_k] = (M₁ [x_j]_c + M₂ ([d]; …; [d]) + inputs) ∩ [x_k]_p.
-///   Before, [x_k] = [x_k]_p.
+/// * predict: \[x_k\]_p = A^k \[x_0\] + Σ_{i<k} A^{k−1−i} (B u_i + \[d\]) for k < n, then
+///   \[x_k\]_p = A \[x_{k−1}\] + B u_{k−1} + \[d\];
+/// * update, for k ≥ n − 1: R = (y_j; …; y_k) − (\[v\]; …; \[v\]) − O_d (\[d\]; …; \[d\]) − O_u (u_j; …; u_k),
+///   \[x_j\]_c = (O* R) ∩ \[x_j\]_p, \[x_k\] = (M₁ \[x_j\]_c + M₂ (\[d\]; …; \[d\]) + inputs) ∩ \[x_k\]_p.
+///   Before, \[x_k\] = \[x_k\]_p.
 ///
 /// # Guarantee
 ///
-/// With [`Products::Stacked`], x_k ∈ [x_k] for every k if the assumptions hold, for the f64 matrices
+/// With [`Products::Stacked`], x_k ∈ \[x_k\] for every k if the assumptions hold, for the f64 matrices
 /// given and with every rounding counted. O, O_d, O_u, M₁, M₂ and A^k are interval matrices, made by
 /// repeated interval products. O* is any f64 matrix Q close to a left inverse: from
-/// R ∋ O x_j follows x_j = Q O x_j + (I − Q O) x_j ∈ Q R + (I − Q [O]) [x_j]_p, where the defect
-/// I − Q [O] is evaluated in intervals, so that no property of Q is assumed.
+/// R ∋ O x_j follows x_j = Q O x_j + (I − Q O) x_j ∈ Q R + (I − Q \[O\]) \[x_j\]_p, where the defect
+/// I − Q \[O\] is evaluated in intervals, so that no property of Q is assumed.
 /// An empty intersection is [`EstimationError::Inconsistent`]: the assumptions do not hold.
 ///
 /// A measurement with missing components leaves the rows out that it lacks; where the rows that remain
-/// have not rank n, the correction is left out and [x_k] = [x_k]_p.
+/// have not rank n, the correction is left out and \[x_k\] = \[x_k\]_p.
 ///
-/// Source: [MeslemRamdani, Algorithm 1]. Departures: the stacked reading, the defect, and ≤ for < in
+/// Source: [MeslemRamdani, algorithm Box-State-Est]. Departures: the stacked reading, the defect, and ≤ for < in
 /// its Eq. (4). The belief at k has read y_{k−n+1} … y_k, and through the intersections all before.
 #[derive(Clone, Debug)]
 pub struct BoxStateEst {
@@ -120,14 +120,14 @@ pub struct BoxStateEst {
     parts: LinearParts,
     d: IntervalVector,
     x0: IntervalVector,
-    /// [A^0] … [A^n].
+    /// \[A^0\] … \[A^n\].
     powers: Vec<IntervalMatrix>,
-    /// N_k ([d]; …; [d]) for k = 0 … n − 1; the last is M₂ ([d]; …; [d]).
+    /// N_k (\[d\]; …; \[d\]) for k = 0 … n − 1; the last is M₂ (\[d\]; …; \[d\]).
     drifts: Vec<Vec<Interval>>,
-    /// [A^i B] for i = 0 … n − 2.
+    /// \[A^i B\] for i = 0 … n − 2.
     input_steps: Vec<IntervalMatrix>,
     o: IntervalMatrix,
-    /// ([v]; …; [v]) + O_d ([d]; …; [d]).
+    /// (\[v\]; …; \[v\]) + O_d (\[d\]; …; \[d\]).
     noise: Vec<Interval>,
     /// O_u, n·n_y × n·n_u.
     o_u: IntervalMatrix,
@@ -140,7 +140,7 @@ pub struct BoxStateEst {
 struct Inversion {
     /// Q, n × rows.
     q: Matrix,
-    /// I − Q [O], n × n.
+    /// I − Q \[O\], n × n.
     defect: IntervalMatrix,
 }
 
@@ -233,7 +233,7 @@ impl BoxStateEst {
         self.parts.a.rows()
     }
 
-    /// [x_k]_p for 0 < k < n, from [x_0] and the inputs u_0 … u_{k−1} alone.
+    /// \[x_k\]_p for 0 < k < n, from \[x_0\] and the inputs u_0 … u_{k−1} alone.
     fn open_loop(&self, k: usize, inputs: &[f64]) -> Vec<Interval> {
         let nu = self.parts.b.cols();
         let mut x: Vec<Interval> = (0..self.n())
@@ -267,7 +267,7 @@ impl BoxStateEst {
         (side, rows)
     }
 
-    /// [x_k]_c, from the full window that `belief` holds, or None where it does not determine x_j.
+    /// \[x_k\]_c, from the full window that `belief` holds, or None where it does not determine x_j.
     fn correct(
         &self,
         k: usize,
@@ -452,7 +452,7 @@ fn set_part(key: &'static str, part: &Uncertain) -> Result<IntervalVector, Estim
         .map_err(EstimationError::at(0, "interval hull"))
 }
 
-/// Σ_i H_i [d] with an independent d for each i, or (Σ_i H_i)[d] with a common one; each H_i has `rows`
+/// Σ_i H_i \[d\] with an independent d for each i, or (Σ_i H_i)\[d\] with a common one; each H_i has `rows`
 /// rows.
 fn sum_of_products(
     products: Products,
@@ -525,141 +525,4 @@ fn add_product(x: &mut [Interval], m: &IntervalMatrix, u: &[f64]) {
             *x = *x + m * u;
         }
     }
-}
-
-/// A bound on the width of the boxes: b_v W([v]) + b_d W([d]).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WidthBound {
-    /// b_v.
-    pub of_v: f64,
-    /// b_d.
-    pub of_d: f64,
-}
-
-impl WidthBound {
-    /// b_v W([v]) + b_d W([d]), where `v` and `d` are the largest widths of the two boxes.
-    pub fn width(&self, v: f64, d: f64) -> f64 {
-        self.of_v * v + self.of_d * d
-    }
-}
-
-/// The bound on max_i W([x_k]_i) that holds for every observable pair (A, C) and every k ≥ n − 1:
-///
-/// b_v = ‖ |M₁| |O*| H ‖∞ and b_d = ‖ |M₂| 1 + |M₁| |O*| |O_d| 1 ‖∞,
-///
-/// where H stacks n copies of I and the 1 behind M₂ and O_d stacks n − 1 copies. `a` n × n, `c` n_y × n.
-/// Rounded to nearest. Attained in the paper's example.
-///
-/// Source: [MeslemRamdani, Proposition 1], corrected: an interval product widens by |M|, so the absolute
-/// values must be taken before the products and not after, as in [`printed_width_bound`].
-///
-/// Fails where the pair is not observable.
-pub fn width_bound(a: &Matrix, c: &Matrix) -> Result<WidthBound, EstimationError> {
-    let Powers {
-        m1,
-        powers,
-        outputs,
-        o_star,
-    } = Powers::new(a, c)?;
-    let n = a.rows();
-    let back = m1.abs().mul(&o_star.abs());
-    let of_v = norm_inf(&back.mul(&copies(n, c.rows())));
-    let magnitudes: Vec<Matrix> = outputs.iter().map(Matrix::abs).collect();
-    let of_d = sum(&powers.iter().map(Matrix::abs).collect::<Vec<_>>(), n, n)
-        .add(&back.mul(&lower_block_sums(&magnitudes, c.rows(), n)));
-    Ok(WidthBound {
-        of_v,
-        of_d: norm_inf(&of_d),
-    })
-}
-
-/// The bound as printed, for comparison only: b_v = ‖M₁‖ ‖O* H‖, b_d = ‖M₂ 1‖ + ‖M₁‖ ‖O* O_d 1‖ (all ‖·‖∞).
-///
-/// Opposite signs cancel inside its products, so boxes can be wider: for A = [0.9, −0.9; 0, 0.6],
-/// C = [−1, 2] by an order of magnitude.
-///
-/// Source: [MeslemRamdani, Proposition 1, Eq. (17)].
-///
-/// Fails where the pair is not observable.
-pub fn printed_width_bound(a: &Matrix, c: &Matrix) -> Result<WidthBound, EstimationError> {
-    let Powers {
-        m1,
-        powers,
-        outputs,
-        o_star,
-    } = Powers::new(a, c)?;
-    let n = a.rows();
-    let m1 = norm_inf(&m1);
-    Ok(WidthBound {
-        of_v: m1 * norm_inf(&o_star.mul(&copies(n, c.rows()))),
-        of_d: norm_inf(&sum(&powers, n, n))
-            + m1 * norm_inf(&o_star.mul(&lower_block_sums(&outputs, c.rows(), n))),
-    })
-}
-
-/// The matrices of Proposition 1, rounded to nearest.
-struct Powers {
-    /// Aⁿ⁻¹.
-    m1: Matrix,
-    /// I, A, …, Aⁿ⁻².
-    powers: Vec<Matrix>,
-    /// C, C A, …, C Aⁿ⁻².
-    outputs: Vec<Matrix>,
-    /// O*.
-    o_star: Matrix,
-}
-
-impl Powers {
-    fn new(a: &Matrix, c: &Matrix) -> Result<Self, EstimationError> {
-        let n = a.rows();
-        let mut powers = vec![Matrix::identity(n)];
-        for i in 1..n {
-            powers.push(a.mul(&powers[i - 1]));
-        }
-        let mut outputs: Vec<Matrix> = powers.iter().map(|p| c.mul(p)).collect();
-        let o = Matrix::vcat(&outputs.iter().collect::<Vec<_>>());
-        let rank = o.rank();
-        if rank < n {
-            return Err(EstimationError::Unobservable {
-                kind: KIND,
-                rank,
-                n,
-            });
-        }
-        let o_star = o.pseudo_inverse().map_err(EstimationError::at(
-            0,
-            "left inverse of the observability matrix",
-        ))?;
-        outputs.pop();
-        let m1 = powers.pop().expect("n is at least 1");
-        Ok(Self {
-            m1,
-            powers,
-            outputs,
-            o_star,
-        })
-    }
-}
-
-/// [I; …; I], n copies of the identity of size m.
-fn copies(n: usize, m: usize) -> Matrix {
-    Matrix::from_fn(n * m, m, |i, j| f64::from(u8::from(i % m == j)))
-}
-
-/// Σ M_i, `rows` × `cols`.
-fn sum(matrices: &[Matrix], rows: usize, cols: usize) -> Matrix {
-    matrices
-        .iter()
-        .fold(Matrix::zeros(rows, cols), |sum, m| sum.add(m))
-}
-
-/// O_d 1: block row i is Σ_{l<i} H_l.
-fn lower_block_sums(h: &[Matrix], rows: usize, cols: usize) -> Matrix {
-    let blocks: Vec<Matrix> = (0..=h.len()).map(|i| sum(&h[..i], rows, cols)).collect();
-    Matrix::vcat(&blocks.iter().collect::<Vec<_>>())
-}
-
-/// ‖M‖∞, the largest row sum of |M|.
-fn norm_inf(m: &Matrix) -> f64 {
-    m.abs_row_sums().into_iter().fold(0.0, f64::max)
 }

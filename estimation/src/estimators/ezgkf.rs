@@ -1,6 +1,6 @@
 //! EZGKF: the extended zonotopic and Gaussian Kalman filter.
 
-use super::zonotopic_gaussian::{Gain, MixedModel, MixedSettings, ZonotopicGaussian};
+use super::mixed::{Gain, MixedBelief, MixedModel, MixedSettings};
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::{EstimationError, Problem};
 use serde::{Deserialize, Serialize};
@@ -76,52 +76,47 @@ impl Ezgkf {
 }
 
 impl Estimator for Ezgkf {
-    type Belief = ZonotopicGaussian;
+    type Belief = MixedBelief;
 
-    fn prior(&self) -> ZonotopicGaussian {
+    fn prior(&self) -> MixedBelief {
         self.model.prior.clone()
     }
 
     fn predict(
         &self,
         k: usize,
-        belief: &ZonotopicGaussian,
+        belief: &MixedBelief,
         u_prev: &[f64],
-    ) -> Result<ZonotopicGaussian, EstimationError> {
+    ) -> Result<MixedBelief, EstimationError> {
         let model = &self.model;
         let form = model.embed(k, belief)?;
-        let (c, g) = (&belief.center, &belief.generators);
-        // Eq. (24)
+        let (c, g) = (belief.state.c(), belief.state.g());
+        // Eq. (22)
         let center = model.forecast_center(&form.a0, c, u_prev)?;
         // Eq. (25)
         let generators = forecast_generators(&form.a0, &form.a, c, g, &model.gw);
         // Eq. (26)
-        let covariance = model.forecast_covariance(&form.a0, &form.a, &belief.covariance);
-        Ok(ZonotopicGaussian {
+        let covariance = model.forecast_covariance(&form.a0, &form.a, belief.state.p());
+        Ok(MixedBelief::new(
             center,
             generators,
             covariance,
-            quantile: belief.quantile,
-            pending: None,
-        })
+            belief.quantile,
+        ))
     }
 
     fn update(
         &self,
         k: usize,
-        belief: &ZonotopicGaussian,
+        belief: &MixedBelief,
         u: &[f64],
         y: Measurement,
-    ) -> Result<ZonotopicGaussian, EstimationError> {
+    ) -> Result<MixedBelief, EstimationError> {
         let corrected = self.model.correct(k, belief, u, y)?;
         Ok(corrected.map_or_else(|| belief.clone(), |c| c.belief))
     }
 
-    fn reduce_order(
-        &self,
-        _k: usize,
-        belief: ZonotopicGaussian,
-    ) -> Result<ZonotopicGaussian, EstimationError> {
+    fn reduce_order(&self, _k: usize, belief: MixedBelief) -> Result<MixedBelief, EstimationError> {
         Ok(self.model.reduce_order(belief))
     }
 

@@ -1,7 +1,7 @@
 //! EZGKF-M: the EZGKF for a state matrix that is an interval matrix.
 
 use super::EzgkfSettings;
-use super::zonotopic_gaussian::{MixedModel, ZonotopicGaussian};
+use super::mixed::{MixedBelief, MixedModel};
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::{EstimationError, Problem};
 use zonobench_sets::Matrix;
@@ -32,21 +32,21 @@ impl EzgkfM {
 }
 
 impl Estimator for EzgkfM {
-    type Belief = ZonotopicGaussian;
+    type Belief = MixedBelief;
 
-    fn prior(&self) -> ZonotopicGaussian {
+    fn prior(&self) -> MixedBelief {
         self.model.prior.clone()
     }
 
     fn predict(
         &self,
         k: usize,
-        belief: &ZonotopicGaussian,
+        belief: &MixedBelief,
         u_prev: &[f64],
-    ) -> Result<ZonotopicGaussian, EstimationError> {
+    ) -> Result<MixedBelief, EstimationError> {
         let model = &self.model;
         let form = model.embed(k, belief)?;
-        let (c, g) = (&belief.center, &belief.generators);
+        let (c, g) = (belief.state.c(), belief.state.g());
         let mut rho = Matrix::zeros(c.len(), c.len());
         for a in &form.a {
             rho = rho.add(&a.abs());
@@ -58,31 +58,26 @@ impl Estimator for EzgkfM {
             &model.gw,
             &Matrix::diagonal(&rho.mul_vec(&magnitudes)),
         ]);
-        Ok(ZonotopicGaussian {
-            center: model.forecast_center(&form.a0, c, u_prev)?,
+        Ok(MixedBelief::new(
+            model.forecast_center(&form.a0, c, u_prev)?,
             generators,
-            covariance: model.forecast_covariance(&form.a0, &form.a, &belief.covariance),
-            quantile: belief.quantile,
-            pending: None,
-        })
+            model.forecast_covariance(&form.a0, &form.a, belief.state.p()),
+            belief.quantile,
+        ))
     }
 
     fn update(
         &self,
         k: usize,
-        belief: &ZonotopicGaussian,
+        belief: &MixedBelief,
         u: &[f64],
         y: Measurement,
-    ) -> Result<ZonotopicGaussian, EstimationError> {
+    ) -> Result<MixedBelief, EstimationError> {
         let corrected = self.model.correct(k, belief, u, y)?;
         Ok(corrected.map_or_else(|| belief.clone(), |c| c.belief))
     }
 
-    fn reduce_order(
-        &self,
-        _k: usize,
-        belief: ZonotopicGaussian,
-    ) -> Result<ZonotopicGaussian, EstimationError> {
+    fn reduce_order(&self, _k: usize, belief: MixedBelief) -> Result<MixedBelief, EstimationError> {
         Ok(self.model.reduce_order(belief))
     }
 

@@ -1,7 +1,7 @@
 //! EZGKP: the predictor that the EZGKF is compared with.
 
 use super::ezgkf::{forecast_generators, with_overbars};
-use super::zonotopic_gaussian::{Correction, Gain, MixedModel, MixedSettings, ZonotopicGaussian};
+use super::mixed::{Correction, Gain, MixedBelief, MixedModel, MixedSettings};
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::system::Embedding;
 use crate::{EstimationError, Problem};
@@ -56,9 +56,9 @@ pub struct EzgkpSettings {
 /// A_i are those over the confidence box of the belief at k − 1.
 ///
 /// Its own paper was not at hand: both forms are reconstructions, and `ak` is the one whose products
-/// appear in the complexity that [dePaula] prints for it. Not guaranteed.
+/// appear in the complexity that \[dePaula\] prints for it. Not guaranteed.
 ///
-/// Source: [dePaula, Table I and Sec. V], after the predictor cited there as [8].
+/// Source: [dePaula, Table I and Sec. V], after the predictor cited there as \[8\].
 #[derive(Clone, Debug)]
 pub struct Ezgkp {
     model: MixedModel,
@@ -86,33 +86,32 @@ impl Ezgkp {
     fn forecast(
         &self,
         embedding: &Embedding,
-        belief: &ZonotopicGaussian,
+        belief: &MixedBelief,
         u_prev: &[f64],
-    ) -> Result<ZonotopicGaussian, EstimationError> {
+    ) -> Result<MixedBelief, EstimationError> {
         let Embedding { a0, a } = embedding;
-        let (c, g) = (&belief.center, &belief.generators);
-        Ok(ZonotopicGaussian {
-            center: self.model.forecast_center(a0, c, u_prev)?,
-            generators: forecast_generators(a0, a, c, g, &self.model.gw),
-            covariance: self.model.forecast_covariance(a0, a, &belief.covariance),
-            quantile: belief.quantile,
-            pending: None,
-        })
+        let (c, g) = (belief.state.c(), belief.state.g());
+        Ok(MixedBelief::new(
+            self.model.forecast_center(a0, c, u_prev)?,
+            forecast_generators(a0, a, c, g, &self.model.gw),
+            self.model.forecast_covariance(a0, a, belief.state.p()),
+            belief.quantile,
+        ))
     }
 
     /// The forecast of `belief` with the constant gain L = A₀ K.
     fn direct(
         &self,
         embedding: &Embedding,
-        belief: &ZonotopicGaussian,
+        belief: &MixedBelief,
         correction: &Correction,
         u_prev: &[f64],
-    ) -> Result<ZonotopicGaussian, EstimationError> {
+    ) -> Result<MixedBelief, EstimationError> {
         let Embedding { a0, a } = embedding;
         let Correction {
             gain, output, z, ..
         } = correction;
-        let (c, g) = (&belief.center, &belief.generators);
+        let (c, g) = (belief.state.c(), belief.state.g());
         let l = a0.mul(gain);
         let f0 = a0.sub(&l.mul(&output.c));
         let mut center = self.model.forecast_center(&f0, c, u_prev)?;
@@ -121,32 +120,30 @@ impl Ezgkp {
         }
         let noise = Matrix::hcat(&[&l.mul(&output.generators).scale(-1.0), &self.model.gw]);
         let krk = l.mul(&output.covariance).mul_transpose(&l).symmetrized();
-        Ok(ZonotopicGaussian {
+        Ok(MixedBelief::new(
             center,
-            generators: forecast_generators(&f0, a, c, g, &noise),
-            covariance: self
-                .model
-                .forecast_covariance(&f0, a, &belief.covariance)
+            forecast_generators(&f0, a, c, g, &noise),
+            self.model
+                .forecast_covariance(&f0, a, belief.state.p())
                 .add(&krk),
-            quantile: belief.quantile,
-            pending: None,
-        })
+            belief.quantile,
+        ))
     }
 }
 
 impl Estimator for Ezgkp {
-    type Belief = ZonotopicGaussian;
+    type Belief = MixedBelief;
 
-    fn prior(&self) -> ZonotopicGaussian {
+    fn prior(&self) -> MixedBelief {
         self.model.prior.clone()
     }
 
     fn predict(
         &self,
         k: usize,
-        belief: &ZonotopicGaussian,
+        belief: &MixedBelief,
         u_prev: &[f64],
-    ) -> Result<ZonotopicGaussian, EstimationError> {
+    ) -> Result<MixedBelief, EstimationError> {
         let embedding = self.model.embed(k, belief)?;
         let correction = match &belief.pending {
             Some(y) => self.model.correct(k, belief, u_prev, y)?,
@@ -164,22 +161,18 @@ impl Estimator for Ezgkp {
     fn update(
         &self,
         _k: usize,
-        belief: &ZonotopicGaussian,
+        belief: &MixedBelief,
         u: &[f64],
         y: Measurement,
-    ) -> Result<ZonotopicGaussian, EstimationError> {
+    ) -> Result<MixedBelief, EstimationError> {
         self.model.output.observe(u, y)?;
-        Ok(ZonotopicGaussian {
+        Ok(MixedBelief {
             pending: Some(y.to_vec()),
             ..belief.clone()
         })
     }
 
-    fn reduce_order(
-        &self,
-        _k: usize,
-        belief: ZonotopicGaussian,
-    ) -> Result<ZonotopicGaussian, EstimationError> {
+    fn reduce_order(&self, _k: usize, belief: MixedBelief) -> Result<MixedBelief, EstimationError> {
         Ok(self.model.reduce_order(belief))
     }
 

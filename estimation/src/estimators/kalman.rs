@@ -58,7 +58,7 @@ impl Belief for Gaussian {
 /// Rows of y that were not measured are left out. The updated belief has read y_0 … y_k, the predicted
 /// one y_0 … y_{k−1}. No set, so never guaranteed.
 ///
-/// Source: [MeslemRamdani, Sec. III]. The paper reports the *prediction*, x̂_{k|k−1}.
+/// Source: [MeslemRamdani, Sec. II]. The paper reports the *prediction*, x̂_{k|k−1}.
 #[derive(Clone, Debug)]
 pub struct Kalman {
     a: Matrix,

@@ -6,14 +6,13 @@ mod ezgkf_m;
 mod ezgkp;
 mod kalman;
 mod linear_output;
-mod zonotopic_gaussian;
+mod mixed;
+mod width_bound;
 
-pub use box_state_est::{
-    BoxStateEst, BoxStateEstSettings, BoxWindow, CONDITION_WARNING, Products, WidthBound,
-    printed_width_bound, width_bound,
-};
+pub use box_state_est::{BoxStateEst, BoxStateEstSettings, BoxWindow, CONDITION_WARNING, Products};
 pub use ezgkf::{Ezgkf, EzgkfSettings};
 pub use ezgkf_m::EzgkfM;
 pub use ezgkp::{Ezgkp, EzgkpSettings, Form};
 pub use kalman::{Gaussian, Kalman, KalmanSettings};
-pub use zonotopic_gaussian::{Gain, ZonotopicGaussian, covariance_bound};
+pub use mixed::{Gain, MixedBelief, covariance_bound};
+pub use width_bound::{WidthBound, printed_width_bound, width_bound};

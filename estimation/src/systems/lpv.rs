@@ -12,7 +12,7 @@ use zonobench_sets::{IntervalVector, Matrix};
 /// The process noise of `f` has n + d components: w1 … wn, then delta1 … deltad.
 /// Keys: `a0`, `a` (the list A₁ … A_d), `c`; `b` may be left out.
 ///
-/// Source: [dePaula, Eq. (9)].
+/// Source: [dePaula, Eqs. (16), (17)].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Keys")]
 pub struct Lpv {

@@ -70,7 +70,7 @@ impl System for VanDerPol {
 }
 
 impl QuasiLpv for VanDerPol {
-    /// With [z] = [x₁]², A₀ = [1, T; −T, 1 + T − T mid z] and A₁ = [0, 0; 0, −T rad z].
+    /// With \[z\] = \[x₁\]², A₀ = [1, T; −T, 1 + T − T mid z] and A₁ = [0, 0; 0, −T rad z].
     ///
     /// Source: [dePaula, Sec. V-A].
     fn embed(&self, k: usize, over: &IntervalVector) -> Result<Embedding, EstimationError> {

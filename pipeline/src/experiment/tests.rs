@@ -397,6 +397,34 @@ fn an_empty_file_and_bad_syntax_are_refused() {
     assert_eq!(nowhere.exit_code(), 2);
 }
 
+/// Every prefix of a file, and the file with any one byte replaced, is read or refused, and the refusal
+/// can be drawn: nothing panics.
+#[test]
+fn no_damage_to_a_file_is_a_crash() {
+    let mut refusals = 0;
+    let mut check = |text: &str| {
+        if let Err(fault) = Experiment::parse("x.toml", text) {
+            let mut drawn = String::new();
+            miette::NarratableReportHandler::new()
+                .render_report(&mut drawn, &fault)
+                .unwrap();
+            refusals += 1;
+        }
+    };
+    let text = with("[sweep]\n\"estimator.mixed.phi\" = [8, 12]\n# \u{e9}\u{1d4b3}\n");
+    for (at, c) in text.char_indices() {
+        check(&text[..at]);
+        for replacement in ["", "\"", "[", "]", "=", "\u{e9}", "-", "9", "\n"] {
+            check(&format!(
+                "{}{replacement}{}",
+                &text[..at],
+                &text[at + c.len_utf8()..]
+            ));
+        }
+    }
+    assert!(refusals > 2000, "{refusals}");
+}
+
 #[test]
 fn a_sweep_gives_every_combination_in_the_order_of_the_text() {
     let swept = with(

@@ -153,8 +153,8 @@ impl Results<'_> {
         let pairs: Vec<(f64, f64)> = a.iter().copied().zip(b.iter().copied()).collect();
         let statistic: Box<dyn Fn(f64, f64) -> f64> = match derived {
             "ratio" => Box::new(|x, y| x / y),
-            "percent" => Box::new(|x, y| 100.0 * x / y),
-            "drop" => Box::new(|x, y| 100.0 - 100.0 * x / y),
+            "percent" => Box::new(|x, y| 100.0 * (x / y)),
+            "drop" => Box::new(|x, y| 100.0 - 100.0 * (x / y)),
             "wins" => {
                 let wins: Vec<f64> = pairs.iter().map(|(x, y)| f64::from(u8::from(x < y))).collect();
                 let (value, sd) = mean_sd(&wins)?;
@@ -178,6 +178,9 @@ impl Results<'_> {
                  counting stage that could decide it"
                     .to_owned(),
             );
+        }
+        if cell.metric == "timing" {
+            return row(p, &cell.reading, "lost_in_source", cell.finding.clone());
         }
         let Some(number) = self.number(p, cell) else {
             let reason = format!(
@@ -376,13 +379,14 @@ pub fn timings(paper: &Paper, times: &BTreeMap<(String, String), Vec<f64>>) -> V
                 })
                 .filter_map(|(q, _, v)| Some((q.value()?, (*v)?)))
                 .collect();
-            let mine = p.value().zip(*value);
+            let mine = value.map(|v| (p.value(), v));
             let (verdict, reason) = match mine {
                 None => ("error", "no time was measured".to_owned()),
+                Some((None, measured)) => in_words(p, cell, measured),
                 Some(_) if peers.len() < 2 => {
                     ("differs", "a single printed time has no rank; another machine, another program".to_owned())
                 }
-                Some((printed, measured)) => {
+                Some((Some(printed), measured)) => {
                     let same = peers.iter().all(|(theirs, ours)| {
                         (theirs < &printed) as i8 - (theirs > &printed) as i8 == 0
                             || (theirs < &printed) == (ours < &measured)
@@ -405,6 +409,19 @@ pub fn timings(paper: &Paper, times: &BTreeMap<(String, String), Vec<f64>>) -> V
             }
         })
         .collect()
+}
+
+/// A statement about times: a comparison of the ratio to `over` (below 1 if none is given), or of a time in s.
+fn in_words(p: &Published, cell: &Cell, measured: f64) -> (&'static str, String) {
+    let ratio = !cell.over.is_empty();
+    let number = if ratio { measured } else { measured / 1e3 };
+    let claim = Claim::parse(&p.tolerance).or(ratio.then_some(Claim::Below(1.0)));
+    let of = if ratio { format!("times the time of {}", cell.over) } else { "s".to_owned() };
+    match claim {
+        Some(claim) if claim.holds(number) => ("ordering_holds", format!("{} {of}", four_digits(number))),
+        Some(_) => ("differs", format!("{} {of}; another machine, another program", four_digits(number))),
+        None => ("error", "a statement without a comparison".to_owned()),
+    }
 }
 
 #[cfg(test)]

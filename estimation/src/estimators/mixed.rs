@@ -12,9 +12,8 @@ use crate::system::Embedding;
 use crate::{AnySystem, EstimationError, Problem};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::ellipsoid::chi_square_isf;
-use zonobench_sets::matrix::{abs_sum, dot};
 use zonobench_sets::reduction::{combastel, parallel};
-use zonobench_sets::{Interval, IntervalVector, Matrix};
+use zonobench_sets::{Interval, IntervalVector, Matrix, SetError, ZonotopicGaussian};
 
 /// Which R^zg enters the gain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,41 +29,35 @@ pub enum Gain {
 
 /// c + G [−1, 1]^p + N(0, P), with the χ² quantile of its confidence box.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ZonotopicGaussian {
-    /// c.
-    pub center: Vec<f64>,
-    /// G, n × p.
-    pub generators: Matrix,
-    /// P, n × n, symmetric.
-    pub covariance: Matrix,
+pub struct MixedBelief {
+    /// c, G and P.
+    pub state: ZonotopicGaussian,
     /// σ, the 1 − α quantile of χ² with n degrees of freedom.
     pub quantile: f64,
     /// y_k, which the predictor uses only in its next prediction; None in the filters.
     pub(super) pending: Option<Vec<Option<f64>>>,
 }
 
-impl ZonotopicGaussian {
-    /// r_i = Σ_j |G_ij| + √(σ P_ii), the half-widths of the confidence box. [dePaula, Eqs. (14), (15)]
-    pub fn radius(&self) -> Vec<f64> {
-        (0..self.center.len())
-            .map(|i| {
-                let variance = self.covariance[(i, i)].max(0.0);
-                abs_sum(self.generators.row(i)) + (self.quantile * variance).sqrt()
-            })
-            .collect()
+impl MixedBelief {
+    pub(super) fn new(c: Vec<f64>, g: Matrix, p: Matrix, quantile: f64) -> Self {
+        Self {
+            state: ZonotopicGaussian::trusted(c, g, p),
+            quantile,
+            pending: None,
+        }
     }
 
-    /// The confidence box c ± r.
+    /// The confidence box c ± r, r_i = Σ_j |G_ij| + √(σ P_ii). [dePaula, Eqs. (14), (15)]
     ///
     /// Fails where a bound is not finite.
-    pub fn confidence_box(&self) -> Result<IntervalVector, zonobench_sets::SetError> {
-        IntervalVector::from_center_radius(&self.center, &self.radius())
+    pub fn confidence_box(&self) -> Result<IntervalVector, SetError> {
+        self.state.confidence_box(self.quantile)
     }
 }
 
-impl Belief for ZonotopicGaussian {
+impl Belief for MixedBelief {
     fn center(&self) -> Vec<f64> {
-        self.center.clone()
+        self.state.c().to_vec()
     }
     /// The confidence box: it holds with a probability, not for certain.
     fn interval_hull(&self) -> Option<IntervalVector> {
@@ -76,24 +69,24 @@ impl Belief for ZonotopicGaussian {
             .map_or(Containment::Undecided, |hull| box_contains(&hull, x))
     }
     fn covariance(&self) -> Option<&Matrix> {
-        Some(&self.covariance)
+        Some(self.state.p())
     }
     /// `radius` is that of the confidence box; a set of both kinds has no volume.
     fn size(&self) -> Size {
-        let g = &self.generators;
+        let radius = self.state.confidence_radius(self.quantile);
         Size {
-            n_generators: Some(g.cols()),
-            trace_ggt: Some((0..g.rows()).map(|i| dot(g.row(i), g.row(i))).sum()),
-            radius: Some(self.radius().into_iter().fold(0.0, f64::max)),
+            n_generators: Some(self.state.generators()),
+            trace_ggt: Some(self.state.trace_ggt()),
+            radius: Some(radius.into_iter().fold(0.0, f64::max)),
             ..Size::default()
         }
     }
     fn shape(&self) -> Shape {
         Shape {
             kind: "zonotopic-gaussian",
-            center: self.center.clone(),
-            generators: Some(self.generators.clone()),
-            covariance: Some(self.covariance.clone()),
+            center: self.state.c().to_vec(),
+            generators: Some(self.state.g().clone()),
+            covariance: Some(self.state.p().clone()),
             bounds: self.interval_hull(),
             ..Shape::default()
         }
@@ -130,7 +123,7 @@ pub(super) struct MixedModel {
     w_mean: Vec<f64>,
     /// Q, n × n.
     q: Matrix,
-    pub prior: ZonotopicGaussian,
+    pub prior: MixedBelief,
 }
 
 impl MixedModel {
@@ -220,23 +213,18 @@ impl MixedModel {
             gw: problem.w.generator_matrix(),
             w_mean: problem.w.mixed_mean(),
             q: problem.w.covariance_matrix(),
-            prior: ZonotopicGaussian {
-                center: problem.prior.mixed_mean(),
-                generators: problem.prior.generator_matrix(),
-                covariance: problem.prior.covariance_matrix(),
-                quantile: chi_square_isf(alpha, n)
+            prior: MixedBelief::new(
+                problem.prior.mixed_mean(),
+                problem.prior.generator_matrix(),
+                problem.prior.covariance_matrix().symmetrized(),
+                chi_square_isf(alpha, n)
                     .map_err(|_| EstimationError::setting(kind, "alpha", "in (0, 1)", alpha))?,
-                pending: None,
-            },
+            ),
         })
     }
 
     /// A₀ and A_i over the confidence box of `belief`, the belief at k − 1.
-    pub fn embed(
-        &self,
-        k: usize,
-        belief: &ZonotopicGaussian,
-    ) -> Result<Embedding, EstimationError> {
+    pub fn embed(&self, k: usize, belief: &MixedBelief) -> Result<Embedding, EstimationError> {
         let over = belief
             .confidence_box()
             .map_err(EstimationError::at(k, "confidence box"))?;
@@ -302,14 +290,14 @@ impl MixedModel {
     }
 
     /// Takes in a measurement: with T = I − K C,
-    /// c₊ = T c + K (y − D u − e), G₊ = [T G, −K Gᵛ], P₊ = T P Tᵀ + K R Kᵀ. [dePaula, Eqs. (25)-(28)]
+    /// c₊ = T c + K (y − D u − e), G₊ = [T G, −K Gᵛ], P₊ = T P Tᵀ + K R Kᵀ. [dePaula, Eqs. (19), (27), (28)]
     ///
     /// With `merge_parallel` the parallel columns of G are merged first. Returns the gain and the
     /// output rows used beside the corrected belief; None where nothing was measured.
     pub fn correct(
         &self,
         k: usize,
-        belief: &ZonotopicGaussian,
+        belief: &MixedBelief,
         u: &[f64],
         y: Measurement,
     ) -> Result<Option<Correction>, EstimationError> {
@@ -321,15 +309,15 @@ impl MixedModel {
             (z.len() < y.len()).then(|| (0..y.len()).filter(|&i| y[i].is_some()).collect());
         let merged;
         let g = if self.settings.merge_parallel {
-            merged = parallel::merge_columns(&belief.generators, PARALLEL);
+            merged = parallel::merge_columns(belief.state.g(), PARALLEL);
             &merged
         } else {
-            &belief.generators
+            belief.state.g()
         };
-        let p = &belief.covariance;
+        let p = belief.state.p();
         let gain = self.gain(k, &output, rows.as_deref(), g, p)?;
         let t = complement(&gain, &output.c);
-        let mut center = t.mul_vec(&belief.center);
+        let mut center = t.mul_vec(belief.state.c());
         for (i, x) in center.iter_mut().enumerate() {
             for (k, z) in gain.row(i).iter().zip(&z) {
                 *x += k * z;
@@ -341,13 +329,7 @@ impl MixedModel {
         let krk = congruence(&gain, &output.covariance);
         add_assign(&mut covariance, &krk);
         Ok(Some(Correction {
-            belief: ZonotopicGaussian {
-                center,
-                generators,
-                covariance,
-                quantile: belief.quantile,
-                pending: None,
-            },
+            belief: MixedBelief::new(center, generators, covariance, belief.quantile),
             gain,
             output: output.into_owned(),
             z,
@@ -355,9 +337,10 @@ impl MixedModel {
     }
 
     /// At most φ generators, by [`combastel::reduce_columns`].
-    pub fn reduce_order(&self, mut belief: ZonotopicGaussian) -> ZonotopicGaussian {
-        if belief.generators.cols() > self.settings.phi {
-            belief.generators = combastel::reduce_columns(&belief.generators, self.settings.phi);
+    pub fn reduce_order(&self, mut belief: MixedBelief) -> MixedBelief {
+        if belief.state.generators() > self.settings.phi {
+            let g = combastel::reduce_columns(belief.state.g(), self.settings.phi);
+            belief.state = belief.state.with_generators(g);
         }
         belief
     }
@@ -365,7 +348,7 @@ impl MixedModel {
 
 /// A corrected belief with what made it.
 pub(super) struct Correction {
-    pub belief: ZonotopicGaussian,
+    pub belief: MixedBelief,
     /// K.
     pub gain: Matrix,
     /// The rows of the output equation that were measured.

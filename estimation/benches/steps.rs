@@ -1,0 +1,165 @@
+//! One step (predict, update, reduce_order) of each estimator at the sizes that the papers use, and how
+//! it grows with φ and n. Run by hand: `cargo bench -p zonobench-estimation`.
+
+use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
+use std::hint::black_box;
+use zonobench_estimation::systems::{Linear, Lpv, VanDerPol};
+use zonobench_estimation::{
+    AnyBelief, AnyEstimator, AnySystem, Estimator, EstimatorSettings, Problem, Uncertain,
+};
+use zonobench_sets::Matrix;
+
+fn m<const N: usize>(rows: &[[f64; N]]) -> Matrix {
+    Matrix::from_rows(rows).expect("rows of one length")
+}
+
+fn both(n: usize, g: Matrix, p: Matrix) -> Uncertain {
+    Uncertain {
+        covariance: Some(p),
+        ..Uncertain::zonotope(vec![0.0; n], g)
+    }
+}
+
+/// A stable system of n states and one measurement, with noise of both kinds.
+fn linear(n: usize) -> Problem {
+    let a = Matrix::from_fn(n, n, |i, j| match j as isize - i as isize {
+        0 => 0.9 - 0.05 * i as f64,
+        1 => 1.0,
+        _ => 0.0,
+    });
+    let c = Matrix::from_fn(1, n, |_, j| if j == 0 { -22.0 } else { 1.0 });
+    let part = |dim: usize, r: f64| Uncertain {
+        covariance: Some(Matrix::identity(dim).scale(0.12 * r)),
+        ..Uncertain::from_box(&vec![-r; dim], &vec![r; dim]).expect("ordered bounds")
+    };
+    Problem {
+        system: AnySystem::Linear(Linear::new(a, None, c, None).expect("shapes fit")),
+        prior: part(n, 10.0),
+        w: part(n, 1.0),
+        v: part(1, 1.0),
+    }
+}
+
+fn lpv() -> Problem {
+    let system = Lpv::new(
+        m(&[[0.0, -0.5], [1.0, 1.0]]),
+        vec![m(&[[0.0, 0.0], [0.0, 0.3]])],
+        None,
+        m(&[[-2.0, 1.0]]),
+    );
+    let l = m(&[[-0.12, 0.0], [0.02, 0.0]]);
+    Problem {
+        system: AnySystem::Lpv(system.expect("shapes fit")),
+        prior: both(
+            2,
+            Matrix::identity(2).scale(0.1),
+            Matrix::identity(2).scale(8e-4),
+        ),
+        w: both(2, l.scale(0.5), l.gram().scale(1.0 / 36.0)),
+        v: both(1, m(&[[0.1]]), m(&[[0.01 / 9.0]])),
+    }
+}
+
+fn van_der_pol() -> Problem {
+    Problem {
+        system: AnySystem::VanDerPol(VanDerPol::new(0.1).expect("a positive period")),
+        prior: both(
+            2,
+            Matrix::identity(2).scale(0.5),
+            Matrix::identity(2).scale(0.02),
+        ),
+        w: Uncertain::zonotope(vec![0.0; 2], m(&[[0.0, 0.0], [0.15, 0.0]])),
+        v: Uncertain::gaussian(vec![0.0], m(&[[0.04]])),
+    }
+}
+
+fn estimator(json: &str, problem: &Problem) -> AnyEstimator {
+    let settings: EstimatorSettings = serde_json::from_str(json).expect("valid settings");
+    AnyEstimator::new(&settings, problem).expect("a valid problem")
+}
+
+fn step(e: &AnyEstimator, k: usize, belief: AnyBelief) -> AnyBelief {
+    let reduced = e.reduce_order(k, belief).expect("reducible");
+    let predicted = e.predict(k + 1, &reduced, &[]).expect("predictable");
+    e.update(k + 1, &predicted, &[], &[Some(0.0)])
+        .expect("consistent")
+}
+
+/// One step from a belief that has reached its largest order.
+fn bench(c: &mut Criterion, group: &str, id: impl ToString, warm: usize, e: &AnyEstimator) {
+    let belief = (0..warm).fold(e.prior(), |belief, k| step(e, k, belief));
+    c.benchmark_group(group)
+        .bench_function(BenchmarkId::from_parameter(id.to_string()), |b| {
+            b.iter_batched(
+                || belief.clone(),
+                |belief| black_box(step(e, warm, belief)),
+                BatchSize::SmallInput,
+            );
+        });
+}
+
+fn mixed(kind: &str, phi: usize) -> String {
+    format!(r#"{{"kind": "{kind}", "phi": {phi}, "eta": 0.5, "alpha": 0.0027}}"#)
+}
+
+fn steps(c: &mut Criterion) {
+    for n in [1, 2, 3, 6] {
+        let problem = linear(n);
+        bench(
+            c,
+            "kalman n",
+            n,
+            20,
+            &estimator(r#"{"kind": "kalman"}"#, &problem),
+        );
+        bench(
+            c,
+            "box-state-est n",
+            n,
+            20,
+            &estimator(r#"{"kind": "box-state-est"}"#, &problem),
+        );
+    }
+    for phi in [20, 100, 500] {
+        bench(
+            c,
+            "ezgkf van-der-pol phi",
+            phi,
+            30,
+            &estimator(&mixed("ezgkf", phi), &van_der_pol()),
+        );
+    }
+    for phi in [500, 1000, 2000, 4000, 8000] {
+        bench(
+            c,
+            "ezgkf lpv phi",
+            phi,
+            30,
+            &estimator(&mixed("ezgkf", phi), &lpv()),
+        );
+    }
+    bench(
+        c,
+        "ezgkp lpv phi",
+        4000,
+        30,
+        &estimator(&mixed("ezgkp", 4000), &lpv()),
+    );
+    bench(
+        c,
+        "ezgkf-m lpv phi",
+        4000,
+        40,
+        &estimator(&mixed("ezgkf-m", 4000), &lpv()),
+    );
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default()
+        .sample_size(30)
+        .warm_up_time(std::time::Duration::from_millis(300))
+        .measurement_time(std::time::Duration::from_millis(1500));
+    targets = steps
+}
+criterion_main!(benches);
