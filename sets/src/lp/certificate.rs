@@ -219,6 +219,13 @@ impl Program {
         worst
     }
 
+    /// Multipliers of the rows given, for the scaled rows.
+    pub(super) fn scaled(&self, y: &[f64], scaled: &mut [f64]) {
+        for ((s, y), scale) in scaled.iter_mut().zip(y).zip(&self.scale) {
+            *s = y / scale;
+        }
+    }
+
     /// Multipliers of the scaled rows, in the units of the rows given.
     pub(super) fn unscaled(&self, y: &[f64]) -> Vec<f64> {
         y.iter().zip(&self.scale).map(|(y, s)| y * s).collect()

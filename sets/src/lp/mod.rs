@@ -277,6 +277,26 @@ impl LinearProgram {
         (upper, self.simplex.basic_abs_sum(&self.residual))
     }
 
+    /// The upper bound on max dᵀξ that the multipliers `y` prove, whoever found them: one a row, in the
+    /// units of the rows loaded. Fails with `Dimension`.
+    pub fn bound_by(&mut self, d: &[f64], y: &[f64]) -> Result<f64, SetError> {
+        const OP: &str = "bound by multipliers";
+        for (expected, got) in [(self.cols(), d.len()), (self.rows(), y.len())] {
+            if expected != got {
+                return Err(SetError::Dimension {
+                    op: OP,
+                    expected,
+                    got,
+                });
+            }
+        }
+        self.direction[..d.len()].copy_from_slice(d);
+        self.program.scaled(y, &mut self.multipliers);
+        Ok(self
+            .program
+            .upper_bound(&self.direction, &self.multipliers, &mut self.residual))
+    }
+
     /// Whether { |ξ| ≤ 1, |Aξ − b| ≤ δ } is empty: by a certified Farkas vector, by a verified point, or
     /// undecided.
     pub fn emptiness(&mut self) -> Emptiness {
