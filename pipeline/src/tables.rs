@@ -127,7 +127,10 @@ pub fn render(lake: &Path, paper: Option<&str>, wanted: Option<&str>, format: Fo
         return Err(Error::Unknown {
             what: "paper in this lake",
             got: paper.to_owned(),
-            expected: format!("papers: {}", papers.join(", ")),
+            expected: match &papers[..] {
+                [] => "it has no paper; `zonobench reproduce-all` makes them".to_owned(),
+                papers => format!("papers: {}", papers.join(", ")),
+            },
         });
     }
     let mut out = String::new();
