@@ -106,7 +106,9 @@ pub fn publish(
             }
             if let Some(entry) = old.get(&file.path)
                 && entry.key == file.key
+                && entry.table == file.table
                 && is_whole(&target, entry)
+                && is_described(&target, entry)
             {
                 return Ok((entry.clone(), false));
             }
@@ -167,6 +169,13 @@ pub fn publish(
 fn is_whole(path: &Path, entry: &Entry) -> bool {
     fs::symlink_metadata(path).is_ok_and(|m| m.is_file() && m.len() == entry.bytes)
         && hash_file(path).is_ok_and(|(_, hash)| hash == entry.blake3)
+}
+
+/// True if the entry's rows and schema are those of its file.
+fn is_described(path: &Path, entry: &Entry) -> bool {
+    let is_table = tables().iter().any(|t| t.name == entry.table);
+    let rows = if is_table { count_rows(path).ok() } else { None };
+    entry.rows == rows && entry.schema_version.as_deref() == rows.map(|_| SCHEMA_VERSION)
 }
 
 /// The Hive keys in a lake path.
@@ -297,7 +306,10 @@ pub fn verify(lake: &Path) -> Result<(usize, Vec<Finding>), Error> {
             } else if let Some(table) = tables.iter().find(|t| t.name == entry.table) {
                 match (table.check)(&path) {
                     Ok(rows) if Some(rows) == entry.rows => return None,
-                    Ok(rows) => format!("has {rows} rows, the manifest says {:?}", entry.rows),
+                    Ok(rows) => {
+                        let vouched = entry.rows.map_or_else(|| "nothing".to_owned(), |rows| rows.to_string());
+                        format!("has {rows} rows, the manifest says {vouched}")
+                    }
                     Err(e) => e.to_string(),
                 }
             } else {

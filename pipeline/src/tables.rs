@@ -133,7 +133,10 @@ pub fn render(lake: &Path, paper: Option<&str>, wanted: Option<&str>, format: Fo
             },
         });
     }
-    let mut out = String::new();
+    let mut out = match (&papers[..], format) {
+        ([], Format::Table) => "This lake has no paper; `zonobench reproduce-all` makes them.\n".to_owned(),
+        _ => String::new(),
+    };
     let mut known = Vec::new();
     let mut csv = csv::Writer::from_writer(Vec::new());
     let write = |csv: &mut csv::Writer<Vec<u8>>, fields: &[String]| {
