@@ -179,12 +179,12 @@ fn is_described(path: &Path, entry: &Entry) -> bool {
 }
 
 /// The Hive keys in a lake path.
-struct PathKeys<'a> {
-    paper: Option<&'a str>,
-    experiment: Option<&'a str>,
+pub(crate) struct PathKeys<'a> {
+    pub(crate) paper: Option<&'a str>,
+    pub(crate) experiment: Option<&'a str>,
 }
 
-fn path_keys(path: &str) -> PathKeys<'_> {
+pub(crate) fn path_keys(path: &str) -> PathKeys<'_> {
     let find = |key| path.split('/').find_map(|part| part.strip_prefix(key));
     PathKeys { paper: find("paper="), experiment: find("experiment=") }
 }

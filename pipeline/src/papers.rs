@@ -88,4 +88,10 @@ impl Paper {
     pub fn text(&self, id: &str) -> Option<&'static str> {
         self.texts.iter().find(|(ids, _)| ids.iter().any(|i| i == id)).map(|(_, text)| *text)
     }
+
+    /// The path below `experiments/` of the file that gives experiment `id`.
+    pub fn file(&self, id: &str) -> Option<&'static str> {
+        let text = self.text(id)?;
+        FILES.iter().find(|(_, t)| *t == text).map(|(path, _)| *path)
+    }
 }

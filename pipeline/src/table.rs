@@ -13,11 +13,14 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int32Type, Int64Type};
 use arrow_array::{Array, ArrayRef, RecordBatch};
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
-use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::arrow::{ArrowSchemaConverter, ArrowWriter, add_encoded_arrow_schema_to_metadata};
 use parquet::basic::{Compression, Encoding, ZstdLevel};
-use parquet::file::metadata::{KeyValue, SortingColumn};
+use parquet::column::writer::ColumnCloseResult;
+use parquet::errors::ParquetError;
+use parquet::file::metadata::{KeyValue, PageIndexPolicy, ParquetMetaDataReader, SortingColumn};
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
+use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::ColumnPath;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -406,21 +409,100 @@ pub fn read<R: Row>(path: &Path) -> Result<Vec<R>, Error> {
     Ok(rows)
 }
 
-/// Concatenates files of one table in the given order into `path`, batch by batch.
+/// Concatenates files of one table in the given order into `path`, row group by row group: the pages are
+/// copied as they are. Returns the number of rows.
 pub fn concatenate<R: Row>(
     path: &Path,
     parts: &[std::path::PathBuf],
     metadata: &BTreeMap<String, String>,
 ) -> Result<usize, Error> {
-    let mut writer = TableWriter::<R>::create(path, metadata)?;
+    let arrow = schema::<R>();
+    let mut properties = properties::<R>(metadata);
+    add_encoded_arrow_schema_to_metadata(&arrow, &mut properties);
+    let parquet = ArrowSchemaConverter::new().convert(&arrow).map_err(|e| Error::parquet(path, e))?;
+    let file = File::create(path).map_err(|e| Error::io("create", path, e))?;
+    let mut writer = SerializedFileWriter::new(file, parquet.root_schema_ptr(), Arc::new(properties))
+        .map_err(|e| Error::parquet(path, e))?;
+    let mut rows = 0;
     for part in parts {
-        for batch in batches::<R>(part)? {
-            let batch = batch?;
-            let batch = RecordBatch::try_new(writer.schema.clone(), batch.columns().to_vec())
-                .map_err(|e| Error::parquet(path, e.into()))?;
-            writer.rows += batch.num_rows();
-            writer.writer.write(&batch).map_err(|e| Error::parquet(path, e))?;
+        let input = File::open(part).map_err(|e| Error::io("open", part, e))?;
+        rows += append(&mut writer, &input).map_err(|e| Error::parquet(part, e))?;
+    }
+    let file = writer.into_inner().map_err(|e| Error::parquet(path, e))?;
+    file.sync_all().map_err(|e| Error::io("sync", path, e))?;
+    Ok(rows)
+}
+
+/// Appends the row groups of `input`; the writer checks that its columns are the same.
+fn append(writer: &mut SerializedFileWriter<File>, input: &File) -> Result<usize, ParquetError> {
+    let metadata = ParquetMetaDataReader::new()
+        .with_page_index_policy(PageIndexPolicy::Optional)
+        .parse_and_finish(input)?;
+    let mut rows = 0;
+    for (i, group) in metadata.row_groups().iter().enumerate() {
+        let mut out = writer.next_row_group()?;
+        for (j, column) in group.columns().iter().enumerate() {
+            let index = metadata.page_index();
+            let closed = ColumnCloseResult {
+                bytes_written: column.compressed_size() as u64,
+                rows_written: group.num_rows() as u64,
+                metadata: column.clone(),
+                bloom_filter: None,
+                column_index: index.and_then(|p| p.column_index(i, j)).cloned(),
+                offset_index: index.and_then(|p| p.offset_index(i, j)).cloned(),
+            };
+            out.append_column(input, closed)?;
+        }
+        out.close()?;
+        rows += group.num_rows() as usize;
+    }
+    Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rows::{Score, Set};
+
+    fn set(k: i32) -> Set {
+        Set {
+            estimator: "e".into(),
+            run: 0,
+            k,
+            phase: "updated".into(),
+            kind: "zonotope".into(),
+            center: Some(vec![f64::from(k), -0.5]),
+            generators: (k > 1).then(|| vec![1.0, f64::INFINITY]),
+            a: None,
+            b: Some(Vec::new()),
+            vertices: None,
         }
     }
-    writer.close()
+
+    #[test]
+    fn rows_come_back_as_they_were_and_files_join() {
+        let folder = tempfile::tempdir().unwrap();
+        let meta = BTreeMap::from([("stage".to_owned(), "test".to_owned())]);
+        let parts: Vec<_> = (0..3).map(|i| folder.path().join(format!("{i}.parquet"))).collect();
+        write(&parts[0], [set(0), set(1)], &meta).unwrap();
+        write::<Set>(&parts[1], [], &meta).unwrap();
+        write(&parts[2], [set(2)], &meta).unwrap();
+        assert_eq!(read::<Set>(&parts[0]).unwrap(), [set(0), set(1)]);
+        let joined = folder.path().join("joined.parquet");
+        assert_eq!(concatenate::<Set>(&joined, &parts, &meta).unwrap(), 3);
+        assert_eq!(read::<Set>(&joined).unwrap(), [set(0), set(1), set(2)]);
+        let file = File::open(&joined).unwrap();
+        let builder = ParquetRecordBatchReaderBuilder::try_new(file).unwrap();
+        assert_eq!(builder.schema().field(5).metadata().get("unit").map(|u| &**u), Some("state"));
+    }
+
+    #[test]
+    fn not_a_number_is_refused_and_so_is_another_table() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.parquet");
+        let wrong = Set { center: Some(vec![f64::NAN]), ..set(0) };
+        assert!(matches!(write(&path, [wrong], &BTreeMap::new()), Err(Error::NotANumber { .. })));
+        write(&path, [set(0)], &BTreeMap::new()).unwrap();
+        assert!(matches!(read::<Score>(&path), Err(Error::Schema { .. })));
+    }
 }
