@@ -196,7 +196,9 @@ fn error_style() -> miette::MietteHandler {
 fn print(text: &str) -> Result<(), Error> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::io("write to", Path::new("the standard output"), e)),
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => {
+            Err(Error::io("write to", Path::new("the standard output"), e))
+        }
         _ => Ok(()),
     }
 }
@@ -205,22 +207,52 @@ fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
     match command {
         Command::ReproduceAll(options) => reproduce_all(&options, verbosity),
         Command::Run { files, lake, jobs } => run_files(&files, &lake.lake, jobs, verbosity),
-        Command::Track { file, measurements, inputs, out } => {
+        Command::Track {
+            file,
+            measurements,
+            inputs,
+            out,
+        } => {
             for tracked in tracking::track(&file, &measurements, inputs.as_deref(), &out)? {
                 for (estimator, k) in &tracked.inconsistent {
-                    print(&format!("{}: {estimator}: the measurement at k = {k} contradicts the model\n", tracked.id))?;
+                    print(&format!(
+                        "{}: {estimator}: the measurement at k = {k} contradicts the model\n",
+                        tracked.id
+                    ))?;
                 }
                 if verbosity != Verbosity::Quiet {
                     let out = tracked.out.display();
-                    print(&format!("{}: k = 0 to {}; see {out}/estimates.parquet\n", tracked.id, tracked.steps))?;
+                    print(&format!(
+                        "{}: k = 0 to {}; see {out}/estimates.parquet\n",
+                        tracked.id, tracked.steps
+                    ))?;
                 }
             }
             Ok(0)
         }
-        Command::Plan { files, paper, dot, lake } => plan(&experiments(&files, &paper)?, dot, &lake.lake),
-        Command::Explain { target, files, lake } => explain(&target, &files, &lake.lake),
-        Command::Tables { paper, table, format, lake } => {
-            print(&tables::render(&lake.lake, paper.as_deref(), table.as_deref(), format)?)?;
+        Command::Plan {
+            files,
+            paper,
+            dot,
+            lake,
+        } => plan(&experiments(&files, &paper)?, dot, &lake.lake),
+        Command::Explain {
+            target,
+            files,
+            lake,
+        } => explain(&target, &files, &lake.lake),
+        Command::Tables {
+            paper,
+            table,
+            format,
+            lake,
+        } => {
+            print(&tables::render(
+                &lake.lake,
+                paper.as_deref(),
+                table.as_deref(),
+                format,
+            )?)?;
             Ok(0)
         }
         Command::Query { sql, format, lake } => {
@@ -240,25 +272,41 @@ fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
 const MOST_THREADS: usize = 1024;
 
 fn number_of_threads(text: &str) -> Result<usize, String> {
-    let jobs = text.parse().ok().filter(|jobs| (1..=MOST_THREADS).contains(jobs));
+    let jobs = text
+        .parse()
+        .ok()
+        .filter(|jobs| (1..=MOST_THREADS).contains(jobs));
     jobs.ok_or_else(|| format!("expected a number of threads from 1 to {MOST_THREADS}"))
 }
 
 fn threads(jobs: Option<usize>) -> Result<rayon::ThreadPool, Error> {
     let jobs = jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
-    rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(|e| Error::Refused {
-        what: "--jobs".to_owned(),
-        expected: format!("a number of threads that the system grants ({e})"),
-        got: jobs.to_string(),
-    })
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(jobs)
+        .build()
+        .map_err(|e| Error::Refused {
+            what: "--jobs".to_owned(),
+            expected: format!("a number of threads that the system grants ({e})"),
+            got: jobs.to_string(),
+        })
 }
 
 fn work(experiments: &[Arc<Experiment>]) -> u64 {
-    experiments.iter().map(|e| (e.runs * (1 + e.estimators.len())) as u64).sum()
+    experiments
+        .iter()
+        .map(|e| (e.runs * (1 + e.estimators.len())) as u64)
+        .sum()
 }
 
-fn run_all(store: &Store, experiments: &[Arc<Experiment>], progress: &Progress) -> Result<Vec<Finished>, Error> {
-    let finished = experiments.par_iter().map(|e| engine::run(store, e, progress)).collect();
+fn run_all(
+    store: &Store,
+    experiments: &[Arc<Experiment>],
+    progress: &Progress,
+) -> Result<Vec<Finished>, Error> {
+    let finished = experiments
+        .par_iter()
+        .map(|e| engine::run(store, e, progress))
+        .collect();
     progress.clear();
     finished
 }
@@ -269,11 +317,16 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
     if options.quick {
         papers = papers.into_iter().map(Paper::quick).collect();
     }
-    let scale = if options.quick { Scale::Quick } else { Scale::Full };
+    let scale = if options.quick {
+        Scale::Quick
+    } else {
+        Scale::Full
+    };
     let default = if options.quick { "lake-quick" } else { "lake" };
     let lake = options.lake.clone().unwrap_or_else(|| default.into());
     let store = Store::open(&lake)?;
-    let experiments: Vec<Arc<Experiment>> = papers.iter().flat_map(|p| p.experiments.clone()).collect();
+    let experiments: Vec<Arc<Experiment>> =
+        papers.iter().flat_map(|p| p.experiments.clone()).collect();
     let progress = Progress::new(verbosity, work(&experiments));
     let pool = threads(options.jobs)?;
     let finished = pool.install(|| run_all(&store, &experiments, &progress))?;
@@ -296,7 +349,11 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
     let reports = options.reports.clone().unwrap_or_else(|| {
         // Only the whole of the published run belongs on the committed pages.
         let here = PathBuf::from("reports");
-        if !options.quick && here.is_dir() { here } else { lake.join("reports") }
+        if !options.quick && here.is_dir() {
+            here
+        } else {
+            lake.join("reports")
+        }
     });
     report::write(&lake, &reports)?;
     let entries = lake::read_manifest(&lake)?;
@@ -307,8 +364,13 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
         eprintln!("{}: {}", violation.path, violation.what);
     }
     if verbosity != Verbosity::Quiet {
-        let (made, found) = finished.iter().fold((0, 0), |(m, f), x| (m + x.made, f + x.found));
-        print(&format!("{made} results made, {found} found, {:.1} s\n", start.elapsed().as_secs_f64()))?;
+        let (made, found) = finished
+            .iter()
+            .fold((0, 0), |(m, f), x| (m + x.made, f + x.found));
+        print(&format!(
+            "{made} results made, {found} found, {:.1} s\n",
+            start.elapsed().as_secs_f64()
+        ))?;
     }
     Ok(u8::from(errors > 0 || !violations.is_empty()))
 }
@@ -316,24 +378,39 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
 /// Prints the matrix of verdicts and where to look; returns the number of cells in error.
 fn summary(lake: &Path, reports: &Path, quick: bool, verbosity: Verbosity) -> Result<usize, Error> {
     let matrix = tables::matrix(lake)?;
-    let errors = matrix.iter().filter(|(_, _, verdict, _)| verdict == "error").map(|(_, _, _, n)| n).sum();
+    let errors = matrix
+        .iter()
+        .filter(|(_, _, verdict, _)| verdict == "error")
+        .map(|(_, _, _, n)| n)
+        .sum();
     if verbosity == Verbosity::Quiet {
         return Ok(errors);
     }
     let mut out = if quick {
-        "A quick run: every method and table, few runs; its numbers are compared with nothing.\n\n".to_owned()
+        "A quick run: every method and table, few runs; its numbers are compared with nothing.\n\n"
+            .to_owned()
     } else {
-        format!("What the papers print, as reproduced (reading as-written):\n\n{}\n", tables::matrix_text(lake)?)
+        format!(
+            "What the papers print, as reproduced (reading as-written):\n\n{}\n",
+            tables::matrix_text(lake)?
+        )
     };
     out += &format!("Report:  {}/README.md\n", reports.display());
     out += &format!("Tables:  zonobench tables [PAPER [TABLE]]{}\n", flag(lake));
-    out += &format!("Data:    zonobench query \"SELECT * FROM scores LIMIT 5\"{}\n", flag(lake));
+    out += &format!(
+        "Data:    zonobench query \"SELECT * FROM scores LIMIT 5\"{}\n",
+        flag(lake)
+    );
     print(&out)?;
     Ok(errors)
 }
 
 fn flag(lake: &Path) -> String {
-    if lake == Path::new("lake") { String::new() } else { format!(" --lake {}", lake.display()) }
+    if lake == Path::new("lake") {
+        String::new()
+    } else {
+        format!(" --lake {}", lake.display())
+    }
 }
 
 /// The experiments of the user's files, whose names differ.
@@ -341,7 +418,10 @@ fn load(files: &[PathBuf]) -> Result<Vec<Arc<Experiment>>, Error> {
     let mut experiments: Vec<(Arc<Experiment>, &Path)> = Vec::new();
     for file in files {
         for experiment in Experiment::load(file)? {
-            if let Some((_, first)) = experiments.iter().find(|(e, _)| e.name() == experiment.name()) {
+            if let Some((_, first)) = experiments
+                .iter()
+                .find(|(e, _)| e.name() == experiment.name())
+            {
                 return Err(Error::Refused {
                     what: format!("{}: id", file.display()),
                     expected: format!("experiments that {} does not have", first.display()),
@@ -351,10 +431,18 @@ fn load(files: &[PathBuf]) -> Result<Vec<Arc<Experiment>>, Error> {
             experiments.push((Arc::new(experiment), file));
         }
     }
-    Ok(experiments.into_iter().map(|(experiment, _)| experiment).collect())
+    Ok(experiments
+        .into_iter()
+        .map(|(experiment, _)| experiment)
+        .collect())
 }
 
-fn run_files(files: &[PathBuf], lake: &Path, jobs: Option<usize>, verbosity: Verbosity) -> Result<u8, Error> {
+fn run_files(
+    files: &[PathBuf],
+    lake: &Path,
+    jobs: Option<usize>,
+    verbosity: Verbosity,
+) -> Result<u8, Error> {
     let start = Instant::now();
     let experiments = load(files)?;
     let store = Store::open(lake)?;
@@ -387,7 +475,10 @@ fn run_files(files: &[PathBuf], lake: &Path, jobs: Option<usize>, verbosity: Ver
             let scores = query::render(&query::run(lake, &sql)?, query::Format::Table);
             out += &format!("\n{}\n\n{scores}\n", e.name());
         }
-        out += &format!("Data:    zonobench query \"SELECT * FROM estimates LIMIT 5\"{}\n", flag(lake));
+        out += &format!(
+            "Data:    zonobench query \"SELECT * FROM estimates LIMIT 5\"{}\n",
+            flag(lake)
+        );
         print(&out)?;
     }
     Ok(u8::from(!violations.is_empty()))
@@ -396,7 +487,9 @@ fn run_files(files: &[PathBuf], lake: &Path, jobs: Option<usize>, verbosity: Ver
 /// Appends one line to the run log: when, how long, what. Never hashed.
 fn log_run(lake: &Path, command: &str, start: Instant, finished: &[Finished]) -> Result<(), Error> {
     let path = lake.join("runlog.jsonl");
-    let unix = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |t| t.as_secs());
+    let unix = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .map_or(0, |t| t.as_secs());
     let line = serde_json::json!({
         "command": command,
         "unix_time_s": unix,
@@ -408,7 +501,10 @@ fn log_run(lake: &Path, command: &str, start: Instant, finished: &[Finished]) ->
         "found": finished.iter().map(|f| f.found).sum::<usize>(),
     });
     let append = || -> std::io::Result<()> {
-        let mut file = std::fs::File::options().create(true).append(true).open(&path)?;
+        let mut file = std::fs::File::options()
+            .create(true)
+            .append(true)
+            .open(&path)?;
         std::io::Write::write_all(&mut file, format!("{line}\n").as_bytes())
     };
     append().map_err(|e| Error::io("append to", &path, e))
@@ -417,14 +513,22 @@ fn log_run(lake: &Path, command: &str, start: Instant, finished: &[Finished]) ->
 /// The processor's model, where the system tells it.
 fn processor() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = info.lines().find_map(|line| line.strip_prefix("model name"));
-    model.map_or_else(|| "unknown".to_owned(), |m| m.trim_start_matches([' ', '\t', ':']).to_owned())
+    let model = info
+        .lines()
+        .find_map(|line| line.strip_prefix("model name"));
+    model.map_or_else(
+        || "unknown".to_owned(),
+        |m| m.trim_start_matches([' ', '\t', ':']).to_owned(),
+    )
 }
 
 /// The experiments of the user's files, or of the papers where there are none.
 fn experiments(files: &[PathBuf], papers: &[String]) -> Result<Vec<Arc<Experiment>>, Error> {
     if files.is_empty() {
-        Ok(papers::load(papers)?.into_iter().flat_map(|paper| paper.experiments).collect())
+        Ok(papers::load(papers)?
+            .into_iter()
+            .flat_map(|paper| paper.experiments)
+            .collect())
     } else {
         load(files)
     }
@@ -454,7 +558,11 @@ fn plan(experiments: &[Arc<Experiment>], dot: bool, lake: &Path) -> Result<u8, E
                 Status::Changed(changes) => {
                     let (place, old, new) = &changes[0];
                     let more = changes.len() - 1;
-                    let more = if more > 0 { format!(" (and {more} more)") } else { String::new() };
+                    let more = if more > 0 {
+                        format!(" (and {more} more)")
+                    } else {
+                        String::new()
+                    };
                     format!("{place}: {old} -> {new}{more}")
                 }
             };
@@ -462,7 +570,11 @@ fn plan(experiments: &[Arc<Experiment>], dot: bool, lake: &Path) -> Result<u8, E
             out += &format!("{}: {why}\n", line.target);
         }
     }
-    out += &if dot { "}\n".to_owned() } else { format!("{to_run} results to make, {cached} in the lake\n") };
+    out += &if dot {
+        "}\n".to_owned()
+    } else {
+        format!("{to_run} results to make, {cached} in the lake\n")
+    };
     print(&out)?;
     Ok(0)
 }
@@ -482,7 +594,9 @@ fn explain(wanted: &str, files: &[PathBuf], lake: &Path) -> Result<u8, Error> {
             match line.status {
                 Status::Cached => out += &format!("{name}: in the lake, would not run\n"),
                 Status::Missing => out += &format!("{name}: would run, it was never made\n"),
-                Status::Upstream => out += &format!("{name}: would run, it reads what runs before it\n"),
+                Status::Upstream => {
+                    out += &format!("{name}: would run, it reads what runs before it\n")
+                }
                 Status::Changed(changes) => {
                     out += &format!("{name}: would run, its key differs:\n");
                     for (place, old, new) in changes {
@@ -496,7 +610,10 @@ fn explain(wanted: &str, files: &[PathBuf], lake: &Path) -> Result<u8, Error> {
         return Err(Error::Unknown {
             what: "target",
             got: wanted.to_owned(),
-            expected: format!("experiments: {}; `plan` lists their targets", known.join(", ")),
+            expected: format!(
+                "experiments: {}; `plan` lists their targets",
+                known.join(", ")
+            ),
         });
     }
     print(&out)?;
@@ -505,7 +622,10 @@ fn explain(wanted: &str, files: &[PathBuf], lake: &Path) -> Result<u8, Error> {
 
 fn verify(lake: &Path) -> Result<u8, Error> {
     let (files, findings) = lake::verify(lake)?;
-    let mut out: String = findings.iter().map(|f| format!("{}: {}\n", f.path, f.what)).collect();
+    let mut out: String = findings
+        .iter()
+        .map(|f| format!("{}: {}\n", f.path, f.what))
+        .collect();
     out += &match findings.len() {
         0 => format!("{files} files as the manifest says, no guarantee violated\n"),
         1 => format!("1 fault in {files} files\n"),

@@ -74,7 +74,9 @@ pub fn count_rows(path: &Path) -> Result<u64, Error> {
     let file = fs::File::open(path).map_err(|e| Error::io("open", path, e))?;
     let reader = parquet::file::serialized_reader::SerializedFileReader::new(file)
         .map_err(|e| Error::parquet(path, e))?;
-    Ok(parquet::file::reader::FileReader::metadata(&reader).file_metadata().num_rows() as u64)
+    Ok(parquet::file::reader::FileReader::metadata(&reader)
+        .file_metadata()
+        .num_rows() as u64)
 }
 
 /// Publishes `files` and writes the manifest. Entries for which `in_scope(paper, experiment)` holds and
@@ -133,13 +135,19 @@ pub fn publish(
     let published: BTreeSet<&str> = files.iter().map(|f| f.path.as_str()).collect();
     let mut entries: Vec<Entry> = built.iter().map(|(entry, _)| entry.clone()).collect();
     // Also what a killed run published before its manifest.
-    let mut stale: BTreeSet<String> = tables_on_disk(lake).into_iter().filter(|path| !old.contains_key(path)).collect();
+    let mut stale: BTreeSet<String> = tables_on_disk(lake)
+        .into_iter()
+        .filter(|path| !old.contains_key(path))
+        .collect();
     for (path, entry) in &old {
         if published.contains(path.as_str()) {
             continue;
         }
         let keys = path_keys(path);
-        if keys.paper.is_none_or(|paper| in_scope(paper, keys.experiment)) {
+        if keys
+            .paper
+            .is_none_or(|paper| in_scope(paper, keys.experiment))
+        {
             stale.insert(path.clone());
         } else {
             entries.push(entry.clone());
@@ -147,14 +155,19 @@ pub fn publish(
     }
     for path in stale {
         let keys = path_keys(&path);
-        let ours = keys.paper.is_none_or(|paper| in_scope(paper, keys.experiment));
+        let ours = keys
+            .paper
+            .is_none_or(|paper| in_scope(paper, keys.experiment));
         let file = lake.join(&path);
         if ours && !published.contains(path.as_str()) && file.exists() {
             fs::remove_file(&file).map_err(|e| Error::io("remove the stale", &file, e))?;
         }
     }
     entries.sort_by(|a, b| a.path.cmp(&b.path));
-    let manifest = Manifest { zonobench: env!("CARGO_PKG_VERSION").to_owned(), files: entries };
+    let manifest = Manifest {
+        zonobench: env!("CARGO_PKG_VERSION").to_owned(),
+        files: entries,
+    };
     let path = lake.join(MANIFEST);
     let text = serde_json::to_vec_pretty(&manifest).map_err(|e| Error::json(&path, e))?;
     if fs::read(&path).ok().as_deref() != Some(&text) {
@@ -174,7 +187,11 @@ fn is_whole(path: &Path, entry: &Entry) -> bool {
 /// True if the entry's rows and schema are those of its file.
 fn is_described(path: &Path, entry: &Entry) -> bool {
     let is_table = tables().iter().any(|t| t.name == entry.table);
-    let rows = if is_table { count_rows(path).ok() } else { None };
+    let rows = if is_table {
+        count_rows(path).ok()
+    } else {
+        None
+    };
     entry.rows == rows && entry.schema_version.as_deref() == rows.map(|_| SCHEMA_VERSION)
 }
 
@@ -186,13 +203,19 @@ pub(crate) struct PathKeys<'a> {
 
 pub(crate) fn path_keys(path: &str) -> PathKeys<'_> {
     let find = |key| path.split('/').find_map(|part| part.strip_prefix(key));
-    PathKeys { paper: find("paper="), experiment: find("experiment=") }
+    PathKeys {
+        paper: find("paper="),
+        experiment: find("experiment="),
+    }
 }
 
 /// The manifest's entries; paths that would leave the lake are refused.
 pub fn read_manifest(lake: &Path) -> Result<Vec<Entry>, Error> {
     let entries = parse_manifest(lake)?;
-    match entries.iter().find(|entry| !stays_inside(lake, &entry.path)) {
+    match entries
+        .iter()
+        .find(|entry| !stays_inside(lake, &entry.path))
+    {
         Some(entry) => Err(outside(lake, &entry.path)),
         None => Ok(entries),
     }
@@ -202,12 +225,15 @@ fn parse_manifest(lake: &Path) -> Result<Vec<Entry>, Error> {
     let path = lake.join(MANIFEST);
     let text = fs::read(&path).map_err(|e| {
         if e.kind() == std::io::ErrorKind::NotFound {
-            Error::NoLake { path: lake.to_owned() }
+            Error::NoLake {
+                path: lake.to_owned(),
+            }
         } else {
             Error::io("read", &path, e)
         }
     })?;
-    let manifest: Manifest = serde_json::from_slice(&text).map_err(|source| Error::Manifest { path, source })?;
+    let manifest: Manifest =
+        serde_json::from_slice(&text).map_err(|source| Error::Manifest { path, source })?;
     Ok(manifest.files)
 }
 
@@ -216,7 +242,8 @@ fn stays_inside(lake: &Path, path: impl AsRef<Path>) -> bool {
     let mut at = lake.to_owned();
     path.as_ref().components().all(|component| {
         at.push(component);
-        matches!(component, Component::Normal(_)) && !fs::symlink_metadata(&at).is_ok_and(|m| m.is_symlink())
+        matches!(component, Component::Normal(_))
+            && !fs::symlink_metadata(&at).is_ok_and(|m| m.is_symlink())
     })
 }
 
@@ -307,7 +334,9 @@ pub fn verify(lake: &Path) -> Result<(usize, Vec<Finding>), Error> {
                 match (table.check)(&path) {
                     Ok(rows) if Some(rows) == entry.rows => return None,
                     Ok(rows) => {
-                        let vouched = entry.rows.map_or_else(|| "nothing".to_owned(), |rows| rows.to_string());
+                        let vouched = entry
+                            .rows
+                            .map_or_else(|| "nothing".to_owned(), |rows| rows.to_string());
                         format!("has {rows} rows, the manifest says {vouched}")
                     }
                     Err(e) => e.to_string(),
@@ -315,13 +344,19 @@ pub fn verify(lake: &Path) -> Result<(usize, Vec<Finding>), Error> {
             } else {
                 return None;
             };
-            Some(Finding { path: entry.path.clone(), what })
+            Some(Finding {
+                path: entry.path.clone(),
+                what,
+            })
         })
         .collect();
     let known: BTreeSet<&str> = entries.iter().map(|e| e.path.as_str()).collect();
     for path in tables_on_disk(lake) {
         if !known.contains(path.as_str()) {
-            findings.push(Finding { path, what: "is not in the manifest".to_owned() });
+            findings.push(Finding {
+                path,
+                what: "is not in the manifest".to_owned(),
+            });
         }
     }
     if findings.is_empty() {
@@ -334,7 +369,12 @@ pub fn verify(lake: &Path) -> Result<(usize, Vec<Finding>), Error> {
 /// The files that lie in the folders of the tables (those that the manifest vouches for) and of the traces.
 fn tables_on_disk(lake: &Path) -> Vec<String> {
     let mut found = Vec::new();
-    for table in tables().iter().filter(|t| t.hashed).map(|t| t.name).chain(["traces"]) {
+    for table in tables()
+        .iter()
+        .filter(|t| t.hashed)
+        .map(|t| t.name)
+        .chain(["traces"])
+    {
         list(&lake.join(table), table, &mut found);
     }
     found
@@ -342,12 +382,20 @@ fn tables_on_disk(lake: &Path) -> Vec<String> {
 
 /// The files below `dir`, in no order; symbolic links are listed, not followed.
 fn list(dir: &Path, relative: &str, out: &mut Vec<String>) {
-    let Ok(entries) = fs::read_dir(dir) else { return };
+    let Ok(entries) = fs::read_dir(dir) else {
+        return;
+    };
     for entry in entries.flatten() {
-        let Ok(name) = entry.file_name().into_string() else { continue };
+        let Ok(name) = entry.file_name().into_string() else {
+            continue;
+        };
         let below = format!("{relative}/{name}");
         let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
-        if is_folder { list(&entry.path(), &below, out) } else { out.push(below) }
+        if is_folder {
+            list(&entry.path(), &below, out)
+        } else {
+            out.push(below)
+        }
     }
 }
 
@@ -356,11 +404,16 @@ pub fn violations(lake: &Path, entries: &[Entry]) -> Result<Vec<Finding>, Error>
     let mut findings = Vec::new();
     for entry in entries.iter().filter(|e| e.table == "beliefs") {
         let keys = path_keys(&entry.path);
-        let (Some(paper), Some(experiment)) = (keys.paper, keys.experiment) else { continue };
+        let (Some(paper), Some(experiment)) = (keys.paper, keys.experiment) else {
+            continue;
+        };
         let infos: Vec<rows::EstimatorInfo> =
             table::read(&lake.join(table_path("estimators", paper, experiment)))?;
-        let guaranteed: BTreeSet<_> =
-            infos.iter().filter(|i| i.guaranteed).map(|i| i.estimator.clone()).collect();
+        let guaranteed: BTreeSet<_> = infos
+            .iter()
+            .filter(|i| i.guaranteed)
+            .map(|i| i.estimator.clone())
+            .collect();
         if guaranteed.is_empty() {
             continue;
         }
@@ -390,7 +443,10 @@ fn catalog() -> Vec<Publication<'static>> {
         key: blake3::hash(text.as_bytes()).to_hex().to_string(),
         make: Box::new(move |path| write_synced(path, text.as_bytes()).map(|()| None)),
     };
-    vec![page(catalog_page(), "CATALOG.md"), page(data_package(), "datapackage.json")]
+    vec![
+        page(catalog_page(), "CATALOG.md"),
+        page(data_package(), "datapackage.json"),
+    ]
 }
 
 fn catalog_page() -> String {
@@ -411,7 +467,10 @@ fn catalog_page() -> String {
         for c in &table.columns {
             let null = if c.nullable { "yes" } else { "" };
             let kind = type_name(c);
-            text += &format!("| {} | {kind} | {null} | {} | {} |\n", c.name, c.unit, c.description);
+            text += &format!(
+                "| {} | {kind} | {null} | {} | {} |\n",
+                c.name, c.unit, c.description
+            );
         }
     }
     text
@@ -466,10 +525,18 @@ fn data_package() -> String {
 pub fn files_of(lake: &Path, entries: &[Entry], table: &str) -> Vec<PathBuf> {
     let hashed = tables().iter().any(|t| t.name == table && t.hashed);
     if hashed {
-        return entries.iter().filter(|e| e.table == table).map(|e| lake.join(&e.path)).collect();
+        return entries
+            .iter()
+            .filter(|e| e.table == table)
+            .map(|e| lake.join(&e.path))
+            .collect();
     }
     let mut found = Vec::new();
     list(&lake.join(table), table, &mut found);
     found.sort();
-    found.into_iter().filter(|p| p.ends_with(".parquet")).map(|p| lake.join(p)).collect()
+    found
+        .into_iter()
+        .filter(|p| p.ends_with(".parquet"))
+        .map(|p| lake.join(p))
+        .collect()
 }

@@ -39,13 +39,22 @@ pub fn track(
     trackings
         .iter()
         .map(|tracking| {
-            let folder = if several { out.join(&tracking.id) } else { out.to_owned() };
+            let folder = if several {
+                out.join(&tracking.id)
+            } else {
+                out.to_owned()
+            };
             one(tracking, measurements, inputs, &folder)
         })
         .collect()
 }
 
-fn one(tracking: &Tracking, measurements: &Path, inputs: Option<&Path>, out: &Path) -> Result<Tracked, Error> {
+fn one(
+    tracking: &Tracking,
+    measurements: &Path,
+    inputs: Option<&Path>,
+    out: &Path,
+) -> Result<Tracked, Error> {
     let variables = tracking.problem.system.variables();
     let names = |list: &'_ [zonobench_estimation::system::Variable]| -> Vec<String> {
         list.iter().map(|v| v.name.clone()).collect()
@@ -68,7 +77,10 @@ fn one(tracking: &Tracking, measurements: &Path, inputs: Option<&Path>, out: &Pa
         (None, false) => {
             return Err(Error::Refused {
                 what: "--inputs".to_owned(),
-                expected: format!("a file with the columns k, {}, because the system has inputs", u_refs.join(", ")),
+                expected: format!(
+                    "a file with the columns k, {}, because the system has inputs",
+                    u_refs.join(", ")
+                ),
                 got: "none".to_owned(),
             });
         }
@@ -112,5 +124,10 @@ fn one(tracking: &Tracking, measurements: &Path, inputs: Option<&Path>, out: &Pa
     let (from, to) = place("estimators.parquet");
     table::write::<EstimatorInfo>(&from, infos, &meta)?;
     fs::rename(&from, &to).map_err(|e| Error::io("write", &to, e))?;
-    Ok(Tracked { id: tracking.id.clone(), out: out.to_owned(), steps, inconsistent })
+    Ok(Tracked {
+        id: tracking.id.clone(),
+        out: out.to_owned(),
+        steps,
+        inconsistent,
+    })
 }

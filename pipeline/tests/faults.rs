@@ -32,7 +32,12 @@ impl Draws {
 }
 
 fn started(folder: &Folder, arguments: &[&str]) -> Child {
-    folder.command(arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+    folder
+        .command(arguments)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap()
 }
 
 /// Starts `run` and kills it when `lake` holds `at` files: time measured in progress, so that a slow
@@ -54,7 +59,10 @@ fn finished(folder: &Folder, lake: &str) -> usize {
     let cache = folder.path(lake).join(".cache");
     let below_tmp = cache.join("tmp");
     let whole = |path: &Path| path.ends_with("artifact.json") && !path.starts_with(&below_tmp);
-    files_below(&cache).iter().filter(|path| whole(path)).count()
+    files_below(&cache)
+        .iter()
+        .filter(|path| whole(path))
+        .count()
 }
 
 #[test]
@@ -72,14 +80,28 @@ fn a_run_killed_at_any_time_is_taken_up_by_the_same_command() {
         let survived = finished(&folder, &lake);
         let again = folder.done(&["run", "small.toml", "--lake", &lake]);
         let (made, found) = again.tally();
-        assert_eq!((made, found), (RESULTS - survived, survived), "killed at {at} files: something was lost");
+        assert_eq!(
+            (made, found),
+            (RESULTS - survived, survived),
+            "killed at {at} files: something was lost"
+        );
         found_any += usize::from(survived > 0);
-        assert_same(&format!("killed at {at} files"), &folder.vouched(&lake), &expected);
-        assert!(files_below(&folder.path(&lake).join(".cache/tmp")).is_empty(), "killed at {at} files: rests");
+        assert_same(
+            &format!("killed at {at} files"),
+            &folder.vouched(&lake),
+            &expected,
+        );
+        assert!(
+            files_below(&folder.path(&lake).join(".cache/tmp")).is_empty(),
+            "killed at {at} files: rests"
+        );
         folder.done(&["verify", "--lake", &lake]);
         std::fs::remove_dir_all(folder.path(&lake)).unwrap();
     }
-    assert!(killed >= 12 && found_any >= 6, "{killed} kills came before the end, {found_any} found results");
+    assert!(
+        killed >= 12 && found_any >= 6,
+        "{killed} kills came before the end, {found_any} found results"
+    );
 }
 
 #[test]
@@ -112,7 +134,10 @@ fn a_published_file_that_no_manifest_came_to_know_is_cleared_away() {
     let other = "lake/scores/paper=mine/experiment=other/part-0.parquet";
     folder.write(other, "another's");
     let found = folder.run(&["verify"]).ends_with(1).stdout;
-    assert!(found.contains("gone_run0000.mcap: is not in the manifest"), "{found}");
+    assert!(
+        found.contains("gone_run0000.mcap: is not in the manifest"),
+        "{found}"
+    );
     folder.done(&["run", "small.toml"]);
     assert!(!folder.path(stray).exists() && folder.path(other).exists());
     assert_same("without the stray", &folder.vouched("lake"), &expected);
@@ -141,7 +166,12 @@ fn damage(path: &Path, how: Damage) {
     }
 }
 
-const DAMAGES: [Damage; 4] = [Damage::Changed, Damage::Truncated, Damage::Emptied, Damage::Deleted];
+const DAMAGES: [Damage; 4] = [
+    Damage::Changed,
+    Damage::Truncated,
+    Damage::Emptied,
+    Damage::Deleted,
+];
 
 #[test]
 fn a_damaged_file_of_the_lake_is_found_and_rebuilt() {
@@ -154,10 +184,20 @@ fn a_damaged_file_of_the_lake_is_found_and_rebuilt() {
         files.iter().for_each(|path| damage(&lake.join(path), how));
         let found = folder.run(&["verify"]).ends_with(1).stdout;
         for path in &files {
-            assert!(found.contains(&format!("{path}: ")), "{how:?}: {path} is not in {found}");
+            assert!(
+                found.contains(&format!("{path}: ")),
+                "{how:?}: {path} is not in {found}"
+            );
         }
-        assert!(found.ends_with(&format!("{0} faults in {0} files\n", files.len())), "{how:?}: {found}");
-        assert_eq!(folder.done(&["run", "small.toml"]).tally(), (0, RESULTS), "{how:?}: the cache is whole");
+        assert!(
+            found.ends_with(&format!("{0} faults in {0} files\n", files.len())),
+            "{how:?}: {found}"
+        );
+        assert_eq!(
+            folder.done(&["run", "small.toml"]).tally(),
+            (0, RESULTS),
+            "{how:?}: the cache is whole"
+        );
         assert_same(&format!("{how:?}"), &folder.vouched("lake"), &expected);
         folder.done(&["verify"]);
     }
@@ -170,12 +210,20 @@ fn a_damaged_file_of_the_cache_is_never_trusted() {
     let expected = folder.vouched("lake");
     let cache = folder.path("lake/.cache");
     for how in DAMAGES {
-        for path in files_below(&cache).iter().filter(|path| !path.ends_with("lock")) {
+        for path in files_below(&cache)
+            .iter()
+            .filter(|path| !path.ends_with("lock"))
+        {
             damage(path, how);
         }
         // The lake is rebuilt from the cache, and must not be from a damaged one.
-        std::fs::remove_file(folder.path("lake/scores/paper=mine/experiment=small/part-0.parquet")).unwrap();
-        assert_eq!(folder.done(&["run", "small.toml"]).tally(), (RESULTS, 0), "{how:?}");
+        std::fs::remove_file(folder.path("lake/scores/paper=mine/experiment=small/part-0.parquet"))
+            .unwrap();
+        assert_eq!(
+            folder.done(&["run", "small.toml"]).tally(),
+            (RESULTS, 0),
+            "{how:?}"
+        );
         assert_same(&format!("{how:?}"), &folder.vouched("lake"), &expected);
         folder.done(&["verify"]);
     }
@@ -190,9 +238,19 @@ fn one_damaged_result_is_made_again_and_no_other() {
         let files = files_below(&folder.path("lake/.cache"));
         files.into_iter().find(|path| path.ends_with(name)).unwrap()
     };
-    for name in ["truth.parquet", "estimates.parquet", "trace.mcap", "metrics.parquet", "scores.parquet"] {
+    for name in [
+        "truth.parquet",
+        "estimates.parquet",
+        "trace.mcap",
+        "metrics.parquet",
+        "scores.parquet",
+    ] {
         damage(&of(name), Damage::Changed);
-        assert_eq!(folder.done(&["run", "small.toml"]).tally(), (1, RESULTS - 1), "{name}");
+        assert_eq!(
+            folder.done(&["run", "small.toml"]).tally(),
+            (1, RESULTS - 1),
+            "{name}"
+        );
         assert_same(name, &folder.vouched("lake"), &expected);
     }
 }
@@ -211,7 +269,11 @@ fn without_its_cache_a_lake_gets_the_same_manifest() {
 
 /// The commands that read a lake all refuse it with these words.
 fn readers_refuse(folder: &Folder, parts: &[&str]) {
-    for arguments in [&["verify"][..], &["tables"], &["query", "SELECT * FROM scores"]] {
+    for arguments in [
+        &["verify"][..],
+        &["tables"],
+        &["query", "SELECT * FROM scores"],
+    ] {
         let outcome = folder.run(arguments);
         assert!(matches!(outcome.code, Some(1 | 2)), "{outcome:?}");
         outcome.says(parts);
@@ -228,7 +290,11 @@ fn a_damaged_manifest_is_refused_and_written_anew() {
         folder.write("lake/MANIFEST.json", &whole[..length]);
         readers_refuse(&folder, &["lake/MANIFEST.json: expected a manifest, got"]);
         folder.done(&["run", "small.toml"]);
-        assert_same(&format!("cut to {length}"), &folder.vouched("lake"), &expected);
+        assert_same(
+            &format!("cut to {length}"),
+            &folder.vouched("lake"),
+            &expected,
+        );
     }
     std::fs::remove_file(folder.path("lake/MANIFEST.json")).unwrap();
     readers_refuse(&folder, &["no lake at lake"]);
@@ -236,10 +302,20 @@ fn a_damaged_manifest_is_refused_and_written_anew() {
     assert_same("deleted", &folder.vouched("lake"), &expected);
     // A wrong size or number of rows is found, and is not carried on.
     let text = String::from_utf8(whole.clone()).unwrap();
-    for (right, wrong) in [("\"bytes\": ", "\"bytes\": 1"), ("\"rows\": 8,", "\"rows\": 9,")] {
+    for (right, wrong) in [
+        ("\"bytes\": ", "\"bytes\": 1"),
+        ("\"rows\": 8,", "\"rows\": 9,"),
+    ] {
         assert!(text.contains(right));
         folder.write("lake/MANIFEST.json", text.replacen(right, wrong, 1));
-        assert!(folder.run(&["verify"]).ends_with(1).stdout.ends_with("1 fault in 15 files\n"), "{right}");
+        assert!(
+            folder
+                .run(&["verify"])
+                .ends_with(1)
+                .stdout
+                .ends_with("1 fault in 15 files\n"),
+            "{right}"
+        );
         folder.done(&["run", "small.toml"]);
         assert_same(wrong, &folder.vouched("lake"), &expected);
     }
@@ -259,15 +335,33 @@ fn a_manifest_that_points_outside_is_refused_and_nothing_there_is_touched() {
     std::os::unix::fs::symlink(folder.path("outside"), folder.path("lake/link")).unwrap();
     let absolute = folder.path(victim).display().to_string();
     let below_link = victim.replacen("outside", "link", 1);
-    for path in [format!("../{victim}"), format!("scores/../../{victim}"), absolute, below_link] {
+    for path in [
+        format!("../{victim}"),
+        format!("scores/../../{victim}"),
+        absolute,
+        below_link,
+    ] {
         let entry = format!(
             "{{\"path\": {path:?}, \"table\": \"scores\", \"bytes\": 8, \"blake3\": \"\", \"rows\": 1, \
              \"schema_version\": null, \"key\": \"\"}},"
         );
-        folder.write("lake/MANIFEST.json", text.replacen("\"files\": [", &format!("\"files\": [{entry}"), 1));
-        readers_refuse(&folder, &["lake/MANIFEST.json: expected paths that stay in the lake", &path]);
+        folder.write(
+            "lake/MANIFEST.json",
+            text.replacen("\"files\": [", &format!("\"files\": [{entry}"), 1),
+        );
+        readers_refuse(
+            &folder,
+            &[
+                "lake/MANIFEST.json: expected paths that stay in the lake",
+                &path,
+            ],
+        );
         folder.done(&["run", "small.toml"]);
-        assert_eq!(std::fs::read_to_string(folder.path(victim)).unwrap(), "precious", "{path}");
+        assert_eq!(
+            std::fs::read_to_string(folder.path(victim)).unwrap(),
+            "precious",
+            "{path}"
+        );
         assert_same(&path, &folder.vouched("lake"), &expected);
     }
 }
@@ -284,20 +378,28 @@ fn a_symbolic_link_in_place_of_a_table_is_not_written_through() {
     std::os::unix::fs::symlink(folder.path("precious"), &scores).unwrap();
     readers_refuse(&folder, &["without symbolic links, got scores/"]);
     folder.done(&["run", "small.toml"]);
-    assert_eq!(std::fs::read_to_string(folder.path("precious")).unwrap(), "precious");
+    assert_eq!(
+        std::fs::read_to_string(folder.path("precious")).unwrap(),
+        "precious"
+    );
     assert_same("a linked file", &folder.vouched("lake"), &expected);
     // A folder that is a link: refused.
     std::fs::rename(folder.path("lake/scores"), folder.path("scores")).unwrap();
     std::os::unix::fs::symlink(folder.path("scores"), folder.path("lake/scores")).unwrap();
     readers_refuse(&folder, &["without symbolic links, got scores/"]);
-    folder.run(&["run", "small.toml"]).ends_with(2).says(&["without symbolic links, got scores/"]);
+    folder
+        .run(&["run", "small.toml"])
+        .ends_with(2)
+        .says(&["without symbolic links, got scores/"]);
 }
 
 #[test]
 fn two_processes_do_not_share_a_lake() {
     let folder = Folder::with_small();
     folder.done(&["run", "small.toml"]);
-    let long = SMALL.replace("id = \"small\"", "id = \"long\"").replace("runs = 40", "runs = 100000");
+    let long = SMALL
+        .replace("id = \"small\"", "id = \"long\"")
+        .replace("runs = 40", "runs = 100000");
     folder.write("long.toml", long);
     let mut first = started(&folder, &["run", "long.toml"]);
     let start = Instant::now();
@@ -313,7 +415,9 @@ fn two_processes_do_not_share_a_lake() {
     first.kill().unwrap();
     first.wait().unwrap();
     assert!(still_running, "the first was to outlast the second");
-    second.ends_with(1).says(&["the lake lake is in use by another zonobench"]);
+    second
+        .ends_with(1)
+        .says(&["the lake lake is in use by another zonobench"]);
     reader.ends_with(0);
     // The lock goes with its process.
     folder.done(&["run", "small.toml"]);
@@ -324,13 +428,27 @@ fn a_lake_that_cannot_be_made_is_a_clear_error() {
     let folder = Folder::with_small();
     folder.write("file", "in the way");
     for lake in ["file", "file/lake"] {
-        let outcome = folder.run(&["run", "small.toml", "--lake", lake]).ends_with(1);
+        let outcome = folder
+            .run(&["run", "small.toml", "--lake", lake])
+            .ends_with(1);
         outcome.says(&[&format!("cannot create {lake}/.cache"), "ot a directory"]);
     }
     folder.write("t.csv", "k,y1\n0,1\n");
-    let outcome = folder.run(&["track", "small.toml", "--measurements", "t.csv", "--out", "file/out"]);
-    outcome.ends_with(1).says(&["cannot create file/out", "ot a directory"]);
-    assert_eq!(std::fs::read_to_string(folder.path("file")).unwrap(), "in the way");
+    let outcome = folder.run(&[
+        "track",
+        "small.toml",
+        "--measurements",
+        "t.csv",
+        "--out",
+        "file/out",
+    ]);
+    outcome
+        .ends_with(1)
+        .says(&["cannot create file/out", "ot a directory"]);
+    assert_eq!(
+        std::fs::read_to_string(folder.path("file")).unwrap(),
+        "in the way"
+    );
 }
 
 /// Nobody's user, for a process that must not write what root may.
@@ -356,7 +474,9 @@ fn a_lake_that_cannot_be_written_is_a_clear_error_and_can_be_read() {
         if is_root {
             command.uid(NOBODY).gid(NOBODY);
         }
-        command.output().map(|output| Outcome::of(&arguments.join(" "), output))
+        command
+            .output()
+            .map(|output| Outcome::of(&arguments.join(" "), output))
     };
     match run(&["run", "small.toml"]) {
         // The program lies where nobody may go.
@@ -364,10 +484,18 @@ fn a_lake_that_cannot_be_written_is_a_clear_error_and_can_be_read() {
             eprintln!("not tried as another user: {e}");
         }
         outcome => {
-            outcome.unwrap().ends_with(1).says(&["cannot open lake/.cache/lock: Permission denied"]);
+            outcome
+                .unwrap()
+                .ends_with(1)
+                .says(&["cannot open lake/.cache/lock: Permission denied"]);
             run(&["verify"]).unwrap().ends_with(0);
-            run(&["query", "SELECT * FROM scores"]).unwrap().ends_with(0);
-            run(&["run", "small.toml", "--lake", "lake/inner"]).unwrap().ends_with(1).says(&["cannot create lake/inner"]);
+            run(&["query", "SELECT * FROM scores"])
+                .unwrap()
+                .ends_with(0);
+            run(&["run", "small.toml", "--lake", "lake/inner"])
+                .unwrap()
+                .ends_with(1)
+                .says(&["cannot create lake/inner"]);
         }
     }
     allow(0o755, &folder.path("lake"));
@@ -381,7 +509,12 @@ fn a_lake_that_cannot_be_written_is_a_clear_error_and_can_be_read() {
 fn shell(folder: &Folder, script: &str) -> Outcome {
     let program = folder.command(&[]).get_program().to_owned();
     let mut command = std::process::Command::new("sh");
-    let output = command.arg("-c").arg(script).arg(program).current_dir(folder.path("")).output();
+    let output = command
+        .arg("-c")
+        .arg(script)
+        .arg(program)
+        .current_dir(folder.path(""))
+        .output();
     Outcome::of(script, output.unwrap())
 }
 
@@ -426,7 +559,16 @@ fn a_full_file_system_is_a_clear_error_and_space_mends_it() {
     assert_eq!(outcome.code, Some(0), "{outcome:?}");
     let errors = std::fs::read_to_string(folder.path("errors")).unwrap();
     assert!(outcome.stdout.starts_with("1\n"), "{outcome:?}\n{errors}");
-    assert!(outcome.stdout.lines().all(|code| code == "1" || code == "0"), "{outcome:?}\n{errors}");
-    assert!(errors.contains("No space left on device") && !errors.contains("panicked"), "{errors}");
+    assert!(
+        outcome
+            .stdout
+            .lines()
+            .all(|code| code == "1" || code == "0"),
+        "{outcome:?}\n{errors}"
+    );
+    assert!(
+        errors.contains("No space left on device") && !errors.contains("panicked"),
+        "{errors}"
+    );
     assert_same("with space", &folder.vouched("lake"), &expected);
 }

@@ -25,7 +25,12 @@ fn reference(name: &str) -> Value {
 fn csv(header: &str, rows: &Value) -> String {
     let mut text = format!("k,{header}\n");
     for (k, row) in rows.as_array().unwrap().iter().enumerate() {
-        let cells: Vec<String> = row.as_array().unwrap().iter().map(Value::to_string).collect();
+        let cells: Vec<String> = row
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(Value::to_string)
+            .collect();
         writeln!(text, "{k},{}", cells.join(",")).unwrap();
     }
     text
@@ -41,7 +46,11 @@ fn numbers(value: &Value) -> Vec<f64> {
 /// `[lo, hi]` by component, from the corners `[[lo, …], [hi, …]]`.
 fn sides(corners: &Value) -> String {
     let (lo, hi) = (numbers(&corners[0]), numbers(&corners[1]));
-    let sides: Vec<String> = lo.iter().zip(&hi).map(|(lo, hi)| format!("[{lo:?}, {hi:?}]")).collect();
+    let sides: Vec<String> = lo
+        .iter()
+        .zip(&hi)
+        .map(|(lo, hi)| format!("[{lo:?}, {hi:?}]"))
+        .collect();
     format!("[{}]", sides.join(", "))
 }
 
@@ -58,17 +67,28 @@ impl Written {
             table::read(&folder.join(format!("{}.parquet", R::TABLE))).unwrap()
         }
         let out = folder.path(out);
-        let names: Vec<_> = std::fs::read_dir(&out).unwrap().map(|e| e.unwrap().file_name()).collect();
+        let names: Vec<_> = std::fs::read_dir(&out)
+            .unwrap()
+            .map(|e| e.unwrap().file_name())
+            .collect();
         assert_eq!(names.len(), 3, "{names:?}");
-        Self { estimates: rows(&out), beliefs: rows(&out), estimators: rows(&out) }
+        Self {
+            estimates: rows(&out),
+            beliefs: rows(&out),
+            estimators: rows(&out),
+        }
     }
 
     /// (center, lower, upper) of all components.
     fn estimate(&self, estimator: &str, k: usize, phase: &str) -> [Vec<Option<f64>>; 3] {
-        let of = |e: &&Estimate| &*e.estimator == estimator && e.k as usize == k && &*e.phase == phase;
+        let of =
+            |e: &&Estimate| &*e.estimator == estimator && e.k as usize == k && &*e.phase == phase;
         let mut out = [vec![], vec![], vec![]];
         for (i, row) in self.estimates.iter().filter(of).enumerate() {
-            assert_eq!((row.run, &*row.component), (0, format!("x{}", i + 1).as_str()));
+            assert_eq!(
+                (row.run, &*row.component),
+                (0, format!("x{}", i + 1).as_str())
+            );
             out[0].push(row.center);
             out[1].push(row.lower);
             out[2].push(row.upper);
@@ -77,9 +97,12 @@ impl Written {
     }
 
     fn belief(&self, estimator: &str, k: usize, phase: &str) -> &Belief {
-        let of = |b: &&Belief| &*b.estimator == estimator && b.k as usize == k && &*b.phase == phase;
+        let of =
+            |b: &&Belief| &*b.estimator == estimator && b.k as usize == k && &*b.phase == phase;
         let mut found = self.beliefs.iter().filter(of);
-        let belief = found.next().unwrap_or_else(|| panic!("{estimator} at k = {k}, {phase}"));
+        let belief = found
+            .next()
+            .unwrap_or_else(|| panic!("{estimator} at k = {k}, {phase}"));
         assert!(found.next().is_none());
         assert_eq!((belief.run, belief.contains_truth), (0, None));
         belief
@@ -87,8 +110,14 @@ impl Written {
 
     /// (k, status) of the updated estimates, one for each k.
     fn statuses(&self, estimator: &str) -> Vec<(i32, String)> {
-        let of = |e: &&Estimate| &*e.estimator == estimator && &*e.phase == "updated" && &*e.component == "x1";
-        self.estimates.iter().filter(of).map(|e| (e.k, e.status.to_string())).collect()
+        let of = |e: &&Estimate| {
+            &*e.estimator == estimator && &*e.phase == "updated" && &*e.component == "x1"
+        };
+        self.estimates
+            .iter()
+            .filter(of)
+            .map(|e| (e.k, e.status.to_string()))
+            .collect()
     }
 }
 
@@ -100,7 +129,12 @@ fn assert_close(what: &str, k: usize, got: &[Option<f64>], expected: &Value) {
 }
 
 fn covariance(belief: &Belief) -> Vec<Option<f64>> {
-    belief.covariance.iter().flatten().map(|&x| Some(x)).collect()
+    belief
+        .covariance
+        .iter()
+        .flatten()
+        .map(|&x| Some(x))
+        .collect()
 }
 
 fn tracked(folder: &Folder, more: &[&str]) -> Outcome {
@@ -156,16 +190,27 @@ fn scenario_a_agrees_with_the_reference() {
         assert_close("x predicted", k, &predicted, &e["kf_x_pred"][k]);
         let [updated, lower, upper] = written.estimate("kf", k, "updated");
         assert_close("x updated", k, &updated, &e["kf_x_filt"][k]);
-        assert_eq!((lower, upper), (vec![None; 2], vec![None; 2]), "a Kalman filter has no set");
+        assert_eq!(
+            (lower, upper),
+            (vec![None; 2], vec![None; 2]),
+            "a Kalman filter has no set"
+        );
         let p = |phase| covariance(written.belief("kf", k, phase));
         assert_close("P predicted", k, &p("predicted"), &e["kf_G_pred"][k]);
         assert_close("P updated", k, &p("updated"), &e["kf_G_filt"][k]);
     }
-    let about: Vec<(&str, &str, bool)> =
-        written.estimators.iter().map(|e| (&*e.estimator, &*e.kind, e.guaranteed)).collect();
+    let about: Vec<(&str, &str, bool)> = written
+        .estimators
+        .iter()
+        .map(|e| (&*e.estimator, &*e.kind, e.guaranteed))
+        .collect();
     assert_eq!(
         about,
-        [("kf", "kalman", false), ("stacked", "box-state-est", true), ("printed", "box-state-est", false)]
+        [
+            ("kf", "kalman", false),
+            ("stacked", "box-state-est", true),
+            ("printed", "box-state-est", false)
+        ]
     );
     assert_eq!(written.statuses("stacked").len(), 120);
     assert!(written.estimates.iter().all(|row| &*row.status == "ok"));
@@ -178,11 +223,17 @@ fn mixed_agrees(name: &str) {
     let steps = s["kf"].as_u64().unwrap() as usize;
     let is_lpv = s["model"] == "lpv";
     let system = if is_lpv {
-        format!("kind = \"lpv\"\na0 = {}\na = {}\nb = {}\nc = {}", s["A0"], s["Ai"], s["B"], s["C"])
+        format!(
+            "kind = \"lpv\"\na0 = {}\na = {}\nb = {}\nc = {}",
+            s["A0"], s["Ai"], s["B"], s["C"]
+        )
     } else {
         format!("kind = \"van-der-pol\"\nts = {}", s["Ts"])
     };
-    let settings = format!("phi = {}\neta = {}\nalpha = {}", s["phi_g"], s["eta"], s["alpha"]);
+    let settings = format!(
+        "phi = {}\neta = {}\nalpha = {}",
+        s["phi_g"], s["eta"], s["alpha"]
+    );
     let mut text = format!(
         "schema = 1\npaper = \"mine\"\nid = \"mixed\"\n[system]\n{system}\n\
          [prior]\ncenter = {}\ngenerators = {}\ncovariance = {}\n\
@@ -193,7 +244,11 @@ fn mixed_agrees(name: &str) {
         ("EZGKF", "ezgkf", "kind = \"ezgkf\""),
         ("EZGKF-M", "ezgkf-m", "kind = \"ezgkf-m\""),
         ("EZGKP", "ak", "kind = \"ezgkp\"\nform = \"ak\""),
-        ("EZGKP_direct", "direct", "kind = \"ezgkp\"\nform = \"direct\""),
+        (
+            "EZGKP_direct",
+            "direct",
+            "kind = \"ezgkp\"\nform = \"direct\"",
+        ),
     ];
     for (_, id, kind) in kinds {
         write!(text, "[[estimator]]\nid = \"{id}\"\n{kind}\n{settings}\n").unwrap();
@@ -203,7 +258,10 @@ fn mixed_agrees(name: &str) {
     folder.write("y.csv", csv("y1", &s["y"]));
     // The reference has no input at the last k, where none is used.
     let mut inputs = s["u"].clone();
-    inputs.as_array_mut().unwrap().push(serde_json::json!([0.0]));
+    inputs
+        .as_array_mut()
+        .unwrap()
+        .push(serde_json::json!([0.0]));
     folder.write("u.csv", csv("u1", &inputs));
     tracked(&folder, if is_lpv { &["--inputs", "u.csv"] } else { &[] });
     let written = Written::read(&folder, "out");
@@ -220,7 +278,12 @@ fn mixed_agrees(name: &str) {
             let belief = written.belief(id, k, "updated");
             assert_close(&what("P"), k, &covariance(belief), &e["P"]);
             assert_close(&what("tr GG'"), k, &[belief.trace_ggt], &e["trGGt"]);
-            assert_eq!(belief.n_generators, e["n_g"].as_i64(), "{} at k = {k}", what("order"));
+            assert_eq!(
+                belief.n_generators,
+                e["n_g"].as_i64(),
+                "{} at k = {k}",
+                what("order")
+            );
         }
     }
 }
@@ -287,12 +350,24 @@ fn empty_cells_and_steps_that_are_left_out_are_steps_without_a_measurement() {
             assert_eq!(at("updated"), at("predicted"), "{estimator} at k = {k}");
         }
     }
-    assert_ne!(written.estimate("kf", 4, "updated"), written.estimate("kf", 4, "predicted"));
+    assert_ne!(
+        written.estimate("kf", 4, "updated"),
+        written.estimate("kf", 4, "predicted")
+    );
     // The same with the steps written out, in another order of columns.
-    let first = (std::fs::read(folder.path("out/estimates.parquet")).unwrap(), written.beliefs);
-    folder.write("y.csv", "y2,k,y1\r\n2,0,1\r\n1.6,1,\r\n,2,\r\n,3,\r\n,4,1.2\r\n0.7,5,\r\n");
+    let first = (
+        std::fs::read(folder.path("out/estimates.parquet")).unwrap(),
+        written.beliefs,
+    );
+    folder.write(
+        "y.csv",
+        "y2,k,y1\r\n2,0,1\r\n1.6,1,\r\n,2,\r\n,3,\r\n,4,1.2\r\n0.7,5,\r\n",
+    );
     tracked(&folder, &[]);
-    assert_eq!(std::fs::read(folder.path("out/estimates.parquet")).unwrap(), first.0);
+    assert_eq!(
+        std::fs::read(folder.path("out/estimates.parquet")).unwrap(),
+        first.0
+    );
     assert_eq!(Written::read(&folder, "out").beliefs, first.1);
 }
 
@@ -300,19 +375,38 @@ fn empty_cells_and_steps_that_are_left_out_are_steps_without_a_measurement() {
 fn a_measurement_that_contradicts_the_model_is_a_result() {
     let folder = Folder::new();
     folder.write("t.toml", TWO);
-    folder.write("y.csv", "k,y1,y2\n0,1.0,1.0\n1,1.1,0.8\n2,500,0.64\n3,1.2,0.5\n4,1.2,0.4\n");
+    folder.write(
+        "y.csv",
+        "k,y1,y2\n0,1.0,1.0\n1,1.1,0.8\n2,500,0.64\n3,1.2,0.5\n4,1.2,0.4\n",
+    );
     let said = tracked(&folder, &[]).stdout;
     let written = Written::read(&folder, "out");
     // The boxes of the guaranteed filter cannot hold it: it ends there, with a row that says so.
     let box_filter = written.statuses("box");
     let (last, before) = box_filter.split_last().unwrap();
     assert_eq!(last.1, "inconsistent", "{box_filter:?}");
-    assert!(before.iter().all(|(_, status)| status == "ok"), "{box_filter:?}");
+    assert!(
+        before.iter().all(|(_, status)| status == "ok"),
+        "{box_filter:?}"
+    );
     assert!((2..=3).contains(&last.0), "{box_filter:?}");
-    assert_eq!(said.lines().next().unwrap(), format!("two: box: the measurement at k = {} contradicts the model", last.0));
-    let rows: Vec<&Estimate> = written.estimates.iter().filter(|row| &*row.status == "inconsistent").collect();
+    assert_eq!(
+        said.lines().next().unwrap(),
+        format!(
+            "two: box: the measurement at k = {} contradicts the model",
+            last.0
+        )
+    );
+    let rows: Vec<&Estimate> = written
+        .estimates
+        .iter()
+        .filter(|row| &*row.status == "inconsistent")
+        .collect();
     assert_eq!(rows.len(), 2, "a row for each component");
-    assert!(rows.iter().all(|row| (row.center, row.lower, row.upper) == (None, None, None)));
+    assert!(
+        rows.iter()
+            .all(|row| (row.center, row.lower, row.upper) == (None, None, None))
+    );
     // The others go on to the end.
     for estimator in ["kf", "mixed"] {
         assert_eq!(written.statuses(estimator).len(), 5, "{estimator}");
@@ -322,14 +416,25 @@ fn a_measurement_that_contradicts_the_model_is_a_result() {
 #[test]
 fn a_sweep_tracks_in_a_folder_for_each_combination() {
     let folder = Folder::new();
-    folder.write("t.toml", format!("{TWO}\n[sweep]\n\"estimator.mixed.phi\" = [4, 8]\n"));
+    folder.write(
+        "t.toml",
+        format!("{TWO}\n[sweep]\n\"estimator.mixed.phi\" = [4, 8]\n"),
+    );
     folder.write("y.csv", "k,y1,y2\n0,1.0,1.0\n1,1.1,0.8\n");
     let said = tracked(&folder, &["--quiet"]);
     assert_eq!((said.stdout.as_str(), said.stderr.as_str()), ("", ""));
     for phi in [4, 8] {
         let written = Written::read(&folder, &format!("out/two_phi{phi}"));
-        let mixed = written.estimators.iter().find(|e| &*e.estimator == "mixed").unwrap();
-        assert!(mixed.settings.contains(&format!("\"phi\":{phi}")), "{}", mixed.settings);
+        let mixed = written
+            .estimators
+            .iter()
+            .find(|e| &*e.estimator == "mixed")
+            .unwrap();
+        assert!(
+            mixed.settings.contains(&format!("\"phi\":{phi}")),
+            "{}",
+            mixed.settings
+        );
     }
 }
 
@@ -338,8 +443,23 @@ fn a_table_of_the_lake_is_not_in_the_form_of_a_recording() {
     use zonobench::rows::Measurement;
     let folder = Folder::new();
     folder.write("t.toml", TWO);
-    let rows = [Measurement { run: 0, k: 0, component: "y1".into(), value: Some(1.0) }];
+    let rows = [Measurement {
+        run: 0,
+        k: 0,
+        component: "y1".into(),
+        value: Some(1.0),
+    }];
     table::write(&folder.path("long.parquet"), rows, &Default::default()).unwrap();
-    let arguments = ["track", "t.toml", "--measurements", "long.parquet", "--out", "out"];
-    folder.run(&arguments).ends_with(2).says(&["long.parquet: ", "expected the columns k, y1, y2, got \"run\""]);
+    let arguments = [
+        "track",
+        "t.toml",
+        "--measurements",
+        "long.parquet",
+        "--out",
+        "out",
+    ];
+    folder.run(&arguments).ends_with(2).says(&[
+        "long.parquet: ",
+        "expected the columns k, y1, y2, got \"run\"",
+    ]);
 }

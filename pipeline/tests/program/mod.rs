@@ -72,7 +72,9 @@ pub struct Folder {
 impl Folder {
     /// An empty folder.
     pub fn new() -> Self {
-        Self { folder: tempfile::tempdir().unwrap() }
+        Self {
+            folder: tempfile::tempdir().unwrap(),
+        }
     }
 
     /// A folder with `small.toml`.
@@ -95,13 +97,19 @@ impl Folder {
     /// The program, to be started in this folder.
     pub fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_zonobench"));
-        command.args(arguments).current_dir(self.folder.path()).stdin(Stdio::null());
+        command
+            .args(arguments)
+            .current_dir(self.folder.path())
+            .stdin(Stdio::null());
         command
     }
 
     /// Runs the program to its end.
     pub fn run(&self, arguments: &[&str]) -> Outcome {
-        Outcome::of(&arguments.join(" "), self.command(arguments).output().unwrap())
+        Outcome::of(
+            &arguments.join(" "),
+            self.command(arguments).output().unwrap(),
+        )
     }
 
     /// Runs the program, which must succeed.
@@ -112,8 +120,10 @@ impl Folder {
     /// The files that the manifest of `lake` vouches for and the manifest itself, with their contents.
     pub fn vouched(&self, lake: &str) -> BTreeMap<String, Vec<u8>> {
         let lake = self.path(lake);
-        let mut files: BTreeMap<String, Vec<u8>> =
-            manifest(&lake).into_iter().map(|path| (path.clone(), read(&lake.join(path)))).collect();
+        let mut files: BTreeMap<String, Vec<u8>> = manifest(&lake)
+            .into_iter()
+            .map(|path| (path.clone(), read(&lake.join(path))))
+            .collect();
         files.insert("MANIFEST.json".into(), read(&lake.join("MANIFEST.json")));
         files
     }
@@ -125,15 +135,26 @@ fn read(path: &Path) -> Vec<u8> {
 
 /// The paths that the manifest of `lake` lists.
 pub fn manifest(lake: &Path) -> Vec<String> {
-    let manifest: serde_json::Value = serde_json::from_slice(&read(&lake.join("MANIFEST.json"))).unwrap();
+    let manifest: serde_json::Value =
+        serde_json::from_slice(&read(&lake.join("MANIFEST.json"))).unwrap();
     let files = manifest["files"].as_array().unwrap();
-    files.iter().map(|entry| entry["path"].as_str().unwrap().to_owned()).collect()
+    files
+        .iter()
+        .map(|entry| entry["path"].as_str().unwrap().to_owned())
+        .collect()
 }
 
 /// Asserts that two lakes hold the same bytes, and names the files that differ.
-pub fn assert_same(what: &str, got: &BTreeMap<String, Vec<u8>>, expected: &BTreeMap<String, Vec<u8>>) {
-    let differing: Vec<&String> =
-        got.keys().chain(expected.keys()).filter(|path| got.get(*path) != expected.get(*path)).collect();
+pub fn assert_same(
+    what: &str,
+    got: &BTreeMap<String, Vec<u8>>,
+    expected: &BTreeMap<String, Vec<u8>>,
+) {
+    let differing: Vec<&String> = got
+        .keys()
+        .chain(expected.keys())
+        .filter(|path| got.get(*path) != expected.get(*path))
+        .collect();
     assert!(differing.is_empty(), "{what}: {differing:?} differ");
 }
 
@@ -184,7 +205,12 @@ impl Outcome {
     /// Asserts that standard error has all of `parts`.
     pub fn says(self, parts: &[&str]) -> Self {
         for part in parts {
-            assert!(self.stderr.contains(part), "no {part:?} in {}\n{}", self.arguments, self.stderr);
+            assert!(
+                self.stderr.contains(part),
+                "no {part:?} in {}\n{}",
+                self.arguments,
+                self.stderr
+            );
         }
         assert!(!self.stderr.contains("panicked"), "{}", self.stderr);
         self
@@ -194,7 +220,9 @@ impl Outcome {
     pub fn tally(&self) -> (usize, usize) {
         let mut sum = (0, 0);
         for line in self.stderr.lines() {
-            let Some((made, rest)) = line.split_once(" results made, ") else { continue };
+            let Some((made, rest)) = line.split_once(" results made, ") else {
+                continue;
+            };
             let made = made.rsplit(' ').next().unwrap();
             sum.0 += made.parse::<usize>().unwrap();
             sum.1 += rest.split(' ').next().unwrap().parse::<usize>().unwrap();
