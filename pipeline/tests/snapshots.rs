@@ -122,7 +122,9 @@ fn experiment(lake: &Path, paper: &str, id: &str) -> String {
     out += "\n# scores: estimator | metric | component | over | runs | mean | sd\n";
     for s in table::read::<Score>(&path("scores")).expect("scores") {
         let (component, over) = (name(&s.component), name(&s.over));
-        let (mean, sd) = (optional(s.mean, six), optional(s.sd, six));
+        // A spread at rounding level is none.
+        let spread = s.sd.filter(|sd| *sd > 1e-12 * s.mean.unwrap_or(0.0).abs());
+        let (mean, sd) = (optional(s.mean, six), optional(spread, six));
         out += &format!(
             "{} | {} | {component} | {over} | {} | {mean} | {sd}\n",
             s.estimator, s.metric, s.n_runs
@@ -172,7 +174,7 @@ fn experiment(lake: &Path, paper: &str, id: &str) -> String {
     })
     .expect("sets");
     let metrics = table::read::<Metric>(&path("metrics")).expect("metrics");
-    for (subject, summary) in columns {
+    for (subject, summary) in columns.into_iter().filter(|(_, summary)| summary.n > 0) {
         out += &format!("{subject} | {}\n", summary.text());
     }
     out + &format!("metrics | {} rows\n", metrics.len())
