@@ -177,9 +177,18 @@ impl Error {
 
     /// A Parquet error with its file; a full disk below it is shown as the I/O error that it is.
     pub fn parquet(path: &Path, source: parquet::errors::ParquetError) -> Self {
-        Self::Parquet {
-            path: path.to_owned(),
-            source,
+        match source {
+            parquet::errors::ParquetError::External(cause) => match cause.downcast() {
+                Ok(source) => Self::io("write", path, *source),
+                Err(cause) => Self::Parquet {
+                    path: path.to_owned(),
+                    source: parquet::errors::ParquetError::External(cause),
+                },
+            },
+            source => Self::Parquet {
+                path: path.to_owned(),
+                source,
+            },
         }
     }
 

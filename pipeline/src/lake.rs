@@ -531,12 +531,14 @@ pub fn files_of(lake: &Path, entries: &[Entry], table: &str) -> Vec<PathBuf> {
             .map(|e| lake.join(&e.path))
             .collect();
     }
+    on_disk(lake, table)
+}
+
+/// The Parquet files that lie in the folder of `table`, sorted.
+pub fn on_disk(lake: &Path, table: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
     list(&lake.join(table), table, &mut found);
+    found.retain(|path| path.ends_with(".parquet"));
     found.sort();
-    found
-        .into_iter()
-        .filter(|p| p.ends_with(".parquet"))
-        .map(|p| lake.join(p))
-        .collect()
+    found.into_iter().map(|path| lake.join(path)).collect()
 }

@@ -256,7 +256,7 @@ fn names_that_do_not_exist_are_refused_with_those_that_do() {
     refused(&["explain", "box/nope"]).says(&["no target `box/nope`", "box/scenario-a"]);
     refused(&["explain", "mine/smal", "small.toml"]).says(&["no target `mine/smal`", "mine/small"]);
     refused(&["tables", "nope"]).says(&["no paper in this lake `nope`", "reproduce-all"]);
-    refused(&["query", "SELEC * FROM scores"]).says(&["sql parser error", "found: selec"]);
+    refused(&["query", "SELEC * FROM scores"]).says(&["sql parser error", "found: SELEC"]);
     refused(&["query", "SELECT * FROM score"]).says(&["'score' was not found", "scores, timings"]);
     refused(&["query", "SELECT nothing FROM scores"]).says(&["\"nothing\"", "\"estimator\""]);
     refused(&["query", ""]).says(&["query: "]);
@@ -545,14 +545,12 @@ fn a_recording_of_a_truth_must_have_all_its_steps() {
         ),
     );
     let run = || folder.run(&["run", "a.toml"]).ends_with(2);
-    let at = line("v = { law");
-    run().says(&[&at, "v.csv"]);
+    let at = format!("{}truth.v.file", line("v = { law"));
+    run().says(&["v.csv: expected a CSV file, got", "No such file", &at]);
+    folder.write("v.csv", "k,v1\n0,0.5\n1,x\n");
+    run().says(&["v.csv:3: column v1: expected a number", "got \"x\"", &at]);
     folder.write("v.csv", "k,v1\n0,0.5\n1,0.5\n");
-    run().says(&[
-        &at,
-        "v.csv",
-        "expected values for k = 0 to 60, got k up to 1",
-    ]);
+    run().says(&[&at, "v.csv: expected values for k = 0 to 60, got k up to 1"]);
     folder.write(
         "a.toml",
         SMALL.replace(
@@ -560,7 +558,7 @@ fn a_recording_of_a_truth_must_have_all_its_steps() {
             "v = { file = 3 }",
         ),
     );
-    run().says(&[&at, "truth.v.file", "got 3"]);
+    run().says(&[&at, "got 3"]);
 }
 
 /// Output that nobody reads to its end is no failure; output that cannot be written is one.

@@ -194,10 +194,10 @@ fn estimators_see_the_noise_that_they_saw_before_another_came() {
         "swept.toml",
         sweep.replace("id = \"small\"", "id = \"swept\""),
     );
-    // Both combinations draw the same data and keep two estimators: what is made is the second mixed
-    // filter's and the scores that it enters.
+    // The data and the estimates are those of `small`, but for the second mixed filter; the traces carry
+    // the name of their experiment.
     let (made, found) = folder.done(&["run", "swept.toml", "--jobs", "1"]).tally();
-    assert_eq!((made, found), (4, 2 * RESULTS - 4));
+    assert_eq!((made, found), (3 + 1 + 3 + 2, 2 * RESULTS - 9));
     let swept = format!("{query} AND experiment = 'swept_phi30'");
     let again = folder.done(&["query", &swept, "--format", "csv"]).stdout;
     assert_eq!(again.replace("swept_phi30", "small"), first);
