@@ -89,10 +89,12 @@ pub fn publish(
 ) -> Result<usize, Error> {
     files.sort_by(|a, b| a.path.cmp(&b.path));
     files.extend(catalog());
-    let old: BTreeMap<String, Entry> = read_manifest(lake)
+    // What is wrong with the old manifest is mended by writing it anew, from what can be trusted of it.
+    let old: BTreeMap<String, Entry> = parse_manifest(lake)
         .unwrap_or_default()
         .into_iter()
-        .map(|e| (e.path.clone(), e))
+        .filter(|entry| stays_inside(lake, &entry.path))
+        .map(|entry| (entry.path.clone(), entry))
         .collect();
     let tmp = lake.join(".cache").join("tmp");
     let built: Vec<(Entry, bool)> = files
@@ -100,9 +102,15 @@ pub fn publish(
         .enumerate()
         .map(|(i, file)| {
             let target = lake.join(&file.path);
+            let folder = Path::new(&file.path).parent().unwrap_or(Path::new(""));
+            if !stays_inside(lake, folder) {
+                return Err(outside(lake, &file.path));
+            }
             if let Some(entry) = old.get(&file.path)
                 && entry.key == file.key
+                && entry.table == file.table
                 && is_whole(&target, entry)
+                && is_described(&target, entry)
             {
                 return Ok((entry.clone(), false));
             }
@@ -126,6 +134,11 @@ pub fn publish(
         .collect::<Result<_, Error>>()?;
     let published: BTreeSet<&str> = files.iter().map(|f| f.path.as_str()).collect();
     let mut entries: Vec<Entry> = built.iter().map(|(entry, _)| entry.clone()).collect();
+    // Also what a killed run published before its manifest.
+    let mut stale: BTreeSet<String> = tables_on_disk(lake)
+        .into_iter()
+        .filter(|path| !old.contains_key(path))
+        .collect();
     for (path, entry) in &old {
         if published.contains(path.as_str()) {
             continue;
@@ -135,12 +148,19 @@ pub fn publish(
             .paper
             .is_none_or(|paper| in_scope(paper, keys.experiment))
         {
-            let stale = lake.join(path);
-            if stale.exists() {
-                fs::remove_file(&stale).map_err(|e| Error::io("remove the stale", &stale, e))?;
-            }
+            stale.insert(path.clone());
         } else {
             entries.push(entry.clone());
+        }
+    }
+    for path in stale {
+        let keys = path_keys(&path);
+        let ours = keys
+            .paper
+            .is_none_or(|paper| in_scope(paper, keys.experiment));
+        let file = lake.join(&path);
+        if ours && !published.contains(path.as_str()) && file.exists() {
+            fs::remove_file(&file).map_err(|e| Error::io("remove the stale", &file, e))?;
         }
     }
     entries.sort_by(|a, b| a.path.cmp(&b.path));
@@ -164,6 +184,17 @@ fn is_whole(path: &Path, entry: &Entry) -> bool {
         && hash_file(path).is_ok_and(|(_, hash)| hash == entry.blake3)
 }
 
+/// True if the entry's rows and schema are those of its file.
+fn is_described(path: &Path, entry: &Entry) -> bool {
+    let is_table = tables().iter().any(|t| t.name == entry.table);
+    let rows = if is_table {
+        count_rows(path).ok()
+    } else {
+        None
+    };
+    entry.rows == rows && entry.schema_version.as_deref() == rows.map(|_| SCHEMA_VERSION)
+}
+
 /// The Hive keys in a lake path.
 pub(crate) struct PathKeys<'a> {
     pub(crate) paper: Option<&'a str>,
@@ -180,6 +211,17 @@ pub(crate) fn path_keys(path: &str) -> PathKeys<'_> {
 
 /// The manifest's entries; paths that would leave the lake are refused.
 pub fn read_manifest(lake: &Path) -> Result<Vec<Entry>, Error> {
+    let entries = parse_manifest(lake)?;
+    match entries
+        .iter()
+        .find(|entry| !stays_inside(lake, &entry.path))
+    {
+        Some(entry) => Err(outside(lake, &entry.path)),
+        None => Ok(entries),
+    }
+}
+
+fn parse_manifest(lake: &Path) -> Result<Vec<Entry>, Error> {
     let path = lake.join(MANIFEST);
     let text = fs::read(&path).map_err(|e| {
         if e.kind() == std::io::ErrorKind::NotFound {
@@ -190,20 +232,27 @@ pub fn read_manifest(lake: &Path) -> Result<Vec<Entry>, Error> {
             Error::io("read", &path, e)
         }
     })?;
-    let manifest: Manifest = serde_json::from_slice(&text).map_err(|e| Error::json(&path, e))?;
-    for entry in &manifest.files {
-        if !Path::new(&entry.path)
-            .components()
-            .all(|c| matches!(c, Component::Normal(_)))
-        {
-            return Err(Error::Unknown {
-                what: "lake path",
-                got: entry.path.clone(),
-                expected: "paths in a manifest stay inside the lake".to_owned(),
-            });
-        }
-    }
+    let manifest: Manifest =
+        serde_json::from_slice(&text).map_err(|source| Error::Manifest { path, source })?;
     Ok(manifest.files)
+}
+
+/// True if `path` below the lake leads to no place outside it: neither by `..` or a root, nor by a symbolic link.
+fn stays_inside(lake: &Path, path: impl AsRef<Path>) -> bool {
+    let mut at = lake.to_owned();
+    path.as_ref().components().all(|component| {
+        at.push(component);
+        matches!(component, Component::Normal(_))
+            && !fs::symlink_metadata(&at).is_ok_and(|m| m.is_symlink())
+    })
+}
+
+fn outside(lake: &Path, path: &str) -> Error {
+    Error::Refused {
+        what: lake.join(MANIFEST).display().to_string(),
+        expected: "paths that stay in the lake, without symbolic links".to_owned(),
+        got: path.to_owned(),
+    }
 }
 
 /// A thing that `verify` found wrong.
@@ -284,7 +333,12 @@ pub fn verify(lake: &Path) -> Result<(usize, Vec<Finding>), Error> {
             } else if let Some(table) = tables.iter().find(|t| t.name == entry.table) {
                 match (table.check)(&path) {
                     Ok(rows) if Some(rows) == entry.rows => return None,
-                    Ok(rows) => format!("has {rows} rows, the manifest says {:?}", entry.rows),
+                    Ok(rows) => {
+                        let vouched = entry
+                            .rows
+                            .map_or_else(|| "nothing".to_owned(), |rows| rows.to_string());
+                        format!("has {rows} rows, the manifest says {vouched}")
+                    }
                     Err(e) => e.to_string(),
                 }
             } else {
@@ -297,21 +351,12 @@ pub fn verify(lake: &Path) -> Result<(usize, Vec<Finding>), Error> {
         })
         .collect();
     let known: BTreeSet<&str> = entries.iter().map(|e| e.path.as_str()).collect();
-    for table in tables
-        .iter()
-        .filter(|t| t.hashed)
-        .map(|t| t.name)
-        .chain(["traces"])
-    {
-        let mut found = Vec::new();
-        list(&lake.join(table), table, &mut found);
-        for path in found {
-            if !known.contains(path.as_str()) {
-                findings.push(Finding {
-                    path,
-                    what: "is not in the manifest".to_owned(),
-                });
-            }
+    for path in tables_on_disk(lake) {
+        if !known.contains(path.as_str()) {
+            findings.push(Finding {
+                path,
+                what: "is not in the manifest".to_owned(),
+            });
         }
     }
     if findings.is_empty() {
@@ -321,6 +366,21 @@ pub fn verify(lake: &Path) -> Result<(usize, Vec<Finding>), Error> {
     Ok((entries.len(), findings))
 }
 
+/// The files that lie in the folders of the tables (those that the manifest vouches for) and of the traces.
+fn tables_on_disk(lake: &Path) -> Vec<String> {
+    let mut found = Vec::new();
+    for table in tables()
+        .iter()
+        .filter(|t| t.hashed)
+        .map(|t| t.name)
+        .chain(["traces"])
+    {
+        list(&lake.join(table), table, &mut found);
+    }
+    found
+}
+
+/// The files below `dir`, in no order; symbolic links are listed, not followed.
 fn list(dir: &Path, relative: &str, out: &mut Vec<String>) {
     let Ok(entries) = fs::read_dir(dir) else {
         return;
@@ -330,7 +390,8 @@ fn list(dir: &Path, relative: &str, out: &mut Vec<String>) {
             continue;
         };
         let below = format!("{relative}/{name}");
-        if entry.path().is_dir() {
+        let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+        if is_folder {
             list(&entry.path(), &below, out)
         } else {
             out.push(below)
@@ -470,12 +531,14 @@ pub fn files_of(lake: &Path, entries: &[Entry], table: &str) -> Vec<PathBuf> {
             .map(|e| lake.join(&e.path))
             .collect();
     }
+    on_disk(lake, table)
+}
+
+/// The Parquet files that lie in the folder of `table`, sorted.
+pub fn on_disk(lake: &Path, table: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
     list(&lake.join(table), table, &mut found);
+    found.retain(|path| path.ends_with(".parquet"));
     found.sort();
-    found
-        .into_iter()
-        .filter(|p| p.ends_with(".parquet"))
-        .map(|p| lake.join(p))
-        .collect()
+    found.into_iter().map(|path| lake.join(path)).collect()
 }

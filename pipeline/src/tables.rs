@@ -175,10 +175,18 @@ pub fn render(
         return Err(Error::Unknown {
             what: "paper in this lake",
             got: paper.to_owned(),
-            expected: format!("papers: {}", papers.join(", ")),
+            expected: match &papers[..] {
+                [] => "it has no paper; `zonobench reproduce-all` makes them".to_owned(),
+                papers => format!("papers: {}", papers.join(", ")),
+            },
         });
     }
-    let mut out = String::new();
+    let mut out = match (&papers[..], format) {
+        ([], Format::Table) => {
+            "This lake has no paper; `zonobench reproduce-all` makes them.\n".to_owned()
+        }
+        _ => String::new(),
+    };
     let mut known = Vec::new();
     let mut csv = csv::Writer::from_writer(Vec::new());
     let write = |csv: &mut csv::Writer<Vec<u8>>, fields: &[String]| {

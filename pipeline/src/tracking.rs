@@ -64,17 +64,24 @@ fn one(
     let u_refs: Vec<&str> = u_names.iter().map(String::as_str).collect();
     let y = recorded::measurements(measurements, &y_refs)?;
     let steps = y.last();
-    let u = match inputs {
-        Some(path) => recorded::inputs(path, &u_refs, steps)?,
-        None if u_refs.is_empty() => Vec::new(),
-        None => {
-            return Err(Error::Unknown {
-                what: "recording of the inputs",
-                got: "(none)".to_owned(),
+    let u = match (inputs, u_refs.is_empty()) {
+        (Some(path), false) => recorded::inputs(path, &u_refs, steps)?,
+        (None, true) => Vec::new(),
+        (Some(path), true) => {
+            return Err(Error::Refused {
+                what: "--inputs".to_owned(),
+                expected: "no file, because the system has no inputs".to_owned(),
+                got: path.display().to_string(),
+            });
+        }
+        (None, false) => {
+            return Err(Error::Refused {
+                what: "--inputs".to_owned(),
                 expected: format!(
-                    "the system has inputs {}: name their file with --inputs",
+                    "a file with the columns k, {}, because the system has inputs",
                     u_refs.join(", ")
                 ),
+                got: "none".to_owned(),
             });
         }
     };

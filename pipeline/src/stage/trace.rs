@@ -22,10 +22,10 @@ pub fn input(experiment: &Experiment, index: usize, data: &str, estimates: &str)
     json!({
         "paper": experiment.paper,
         "experiment": experiment.id,
-        "estimator": experiment.estimators[index].id,
+        "seed": experiment.seed,
+        "estimator": experiment.estimators[index],
         "system": experiment.problem.system,
         "v": experiment.problem.v,
-        "text": &*experiment.text,
         "data": data,
         "estimates": estimates,
     })
@@ -143,7 +143,8 @@ pub fn make(
             .collect(),
         dt_s: experiment.problem.system.period().unwrap_or(1.0),
         metadata: metadata("trace", Some(experiment.seed)),
-        params_toml: experiment.text.to_string(),
+        params_json: serde_json::to_string_pretty(&experiment.estimators[index])
+            .map_err(|e| Error::json(dir, e))?,
         layout_json: String::new(),
         measurement_rows: measurement_rows(experiment),
         steps: steps.into_values().collect(),
