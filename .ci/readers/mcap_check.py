@@ -192,7 +192,7 @@ def check_layout(data, counts, scene_times):
 
 def main():
     lake = Path(sys.argv[1] if len(sys.argv) > 1 else "lake")
-    paths = sorted(lake.rglob("*.mcap"))
+    paths = sorted(p for p in lake.rglob("*.mcap") if ".cache" not in p.parts)
     if not paths:
         print(f"{lake}: no *.mcap below it", file=sys.stderr)
         return 2
