@@ -240,11 +240,7 @@ fn concatenated<R: table::Row>(
     })
 }
 
-fn written<R>(
-    path: String,
-    stage: &str,
-    rows: Vec<R>,
-) -> Publication<'static>
+fn written<R>(path: String, stage: &str, rows: Vec<R>) -> Publication<'static>
 where
     R: table::Row + Clone + Sync + std::fmt::Debug + 'static,
 {
