@@ -810,7 +810,9 @@ fn files_beside_the_experiment_are_data() {
     assert_eq!((data.len(), data[9][0]), (10, 0.9));
     let short = load("k,v1\n0,1.0\n1,1.0\n").unwrap_err().to_string();
     assert!(
-        short.ends_with("x.toml:24: truth.v.file: expected values for k = 0 to 9, got k up to 1"),
+        short.ends_with(
+            "x.toml:24: truth.v.file: v.csv: expected values for k = 0 to 9, got k up to 1"
+        ),
         "{short}"
     );
     let bad = load("k,v1\n0,high\n").unwrap_err().to_string();
