@@ -178,6 +178,41 @@ impl ConstrainedZonotope {
         }
     }
 
+    /// The same set with its rounding box made wider by `more`: { x + s : |s| ≤ more }.
+    ///
+    /// Fails with `Dimension`, or `NotFinite` on overflow; `more` is taken by its absolute values.
+    pub fn widened_by(self, more: &[f64]) -> Result<Self, SetError> {
+        same("widening of a constrained zonotope", self.dim(), more.len())?;
+        let sum = |(&r, m): (&f64, &f64)| match (r == 0.0, *m == 0.0) {
+            (_, true) => r,
+            (true, false) => m.abs(),
+            _ => up(r + m.abs(), 1),
+        };
+        let r = self.r().iter().zip(more).map(sum).collect();
+        let z = Zonotope::with_rounding(self.c().to_vec(), self.g().clone(), r)?;
+        Ok(Self { z, ..self })
+    }
+
+    /// The Minkowski sum with the box |x| ≤ `sides`: n generators more, no row of A touched; exact.
+    ///
+    /// Fails with `Dimension` or `NotFinite`.
+    pub fn plus_box(self, sides: &[f64]) -> Result<Self, SetError> {
+        same(
+            "sum of a constrained zonotope and a box",
+            self.dim(),
+            sides.len(),
+        )?;
+        let g = Matrix::hcat(&[self.g(), &Matrix::diagonal(sides)]);
+        let z = Zonotope::with_rounding(self.c().to_vec(), g, self.r().to_vec())?;
+        let a = widened(self.a, z.generators());
+        Ok(Self {
+            z,
+            a,
+            b: self.b,
+            delta: self.delta,
+        })
+    }
+
     /// Loads the constraints into `lp`.
     fn load(&self, lp: &mut LinearProgram) -> Result<(), SetError> {
         lp.load(&self.a, &self.b, &self.delta)
@@ -302,6 +337,15 @@ impl ConstrainedZonotope {
     ///
     /// Fails with `Dimension`, or `NotFinite` if `x` is unbounded.
     pub fn contains(&self, x: &[Interval]) -> Result<Containment, SetError> {
+        self.contains_with(x, &mut LinearProgram::new())
+    }
+
+    /// As [`ConstrainedZonotope::contains`], with the buffers of `lp`.
+    pub fn contains_with(
+        &self,
+        x: &[Interval],
+        lp: &mut LinearProgram,
+    ) -> Result<Containment, SetError> {
         const OP: &str = "containment in a constrained zonotope";
         let n = self.dim();
         same(OP, n, x.len())?;
@@ -326,7 +370,6 @@ impl ConstrainedZonotope {
         }
         right.extend_from_slice(&self.b);
         slack.extend_from_slice(&self.delta);
-        let mut lp = LinearProgram::new();
         lp.load(&Matrix::vcat(&[self.g(), &self.a]), &right, &slack)?;
         Ok(match lp.emptiness_with_reserve(&reserve) {
             Emptiness::Empty => Containment::Outside,

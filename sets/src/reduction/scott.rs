@@ -96,6 +96,32 @@ pub fn rescale(x: &ConstrainedZonotope) -> Result<ConstrainedZonotope, SetError>
     lifted.into_set()
 }
 
+/// The set `x` written around another center: ⟨c + G m, G diag ρ⟩ ∩ x with [m_j ± ρ_j] ∋ ξ_j.
+///
+/// The first set contains `x` for any m, because ρ reaches both ends of the [`coordinate_bounds`] from it,
+/// rounded up; its rows and those of the intersection are [`rescale`]'s and
+/// [`ConstrainedZonotope::intersect`]'s. 2p generators and 2q + n constraints. Equal to `x` up to r and δ.
+///
+/// Fails with `Dimension` if m has not p entries, with `Empty` if `x` is proved empty.
+///
+/// Source: [Rego2020, Prop. 2], whose linear program chooses m so that c + G m is a given point.
+pub fn recentred(x: &ConstrainedZonotope, m: &[f64]) -> Result<ConstrainedZonotope, SetError> {
+    if m.len() != x.generators() {
+        return Err(SetError::Dimension {
+            op: "recentring",
+            expected: x.generators(),
+            got: m.len(),
+        });
+    }
+    let mut lifted = Lifted::new(x);
+    let (e, _) = lifted.ranges()?;
+    let changed: Vec<(usize, f64, f64)> = (e.iter().zip(m).enumerate())
+        .map(|(j, (&[lo, hi], &m))| (j, m, (hi - m).max(m - lo).max(0.0).next_up()))
+        .collect();
+    lifted.substitute(&changed);
+    lifted.into_set()?.intersect(x)
+}
+
 /// Intervals that contain each ξ_j over { |ξ| ≤ 1, |A ξ − b| ≤ δ }, from two sweeps over the rows.
 ///
 /// Fails with `Empty` if one is empty, which proves that the set is.
@@ -389,8 +415,14 @@ impl Lifted {
                 f64::INFINITY
             };
         }
+        self.substitute(&changed);
+        Ok(errors)
+    }
+
+    /// ξ_j = m_j + ρ_j ζ_j for the (j, m_j, ρ_j) given.
+    fn substitute(&mut self, changed: &[(usize, f64, f64)]) {
         if changed.is_empty() {
-            return Ok(errors);
+            return;
         }
         let m = changed.len();
         for ((row, offset), slack) in self
@@ -400,7 +432,7 @@ impl Lifted {
             .zip(&mut self.slack)
         {
             let (mut moved, mut size, mut scaled) = (0.0, offset.abs(), 0.0);
-            for &(j, middle, half) in &changed {
+            for &(j, middle, half) in changed {
                 let along = row[j] * middle;
                 moved += along;
                 size += along.abs();
@@ -411,7 +443,6 @@ impl Lifted {
             *slack = up(*slack + gamma(m + 1) * size + U * scaled, m + 5);
         }
         ops::count(2 * m * self.rows.len(), 3 * m * self.rows.len());
-        Ok(errors)
     }
 
     fn drop_zero_columns(&mut self) {
