@@ -32,6 +32,10 @@ fn all() -> Vec<EstimatorSettings> {
         r#"{"kind": "ezgkf-m", "phi": 12, "eta": 0.2, "alpha": 0.01, "overbars": false}"#,
         r#"{"kind": "ezgkp", "phi": 12, "eta": 0.7, "alpha": 0.01, "form": "ak"}"#,
         r#"{"kind": "ezgkp", "phi": 12, "eta": 0.7, "alpha": 0.01, "form": "direct"}"#,
+        r#"{"kind": "zmv", "generators": 12}"#,
+        r#"{"kind": "zfo", "generators": 12}"#,
+        r#"{"kind": "czmv", "generators": 12, "constraints": 3, "h": "c1"}"#,
+        r#"{"kind": "czfo", "generators": 12, "constraints": 3, "h": "xb", "expansion": "lean"}"#,
     ]
     .map(parse)
     .to_vec()

@@ -164,17 +164,44 @@ impl ConstrainedZonotope {
         &self.z
     }
 
-    /// The same set with the rounding box made generators that no constraint touches, exact.
+    /// The same set with the rounding box and the slack made generators, exact:
+    /// ⟨c, [G, diag(r), 0], [A, 0, diag(δ)], b, 0, 0⟩.
     ///
-    /// To be called once a step, before the order is reduced.
+    /// Zero entries give no column. To be called once a step, before the order is reduced. Both would grow
+    /// without need if they were carried on as boxes: r under maps that turn, δ under row operations, where
+    /// |λ| δ adds up although the rows' errors cancel.
     pub fn fold(self) -> Self {
+        let (n, p, q) = (self.dim(), self.generators(), self.constraints());
         let z = self.z.fold();
-        let a = widened(self.a, z.generators());
+        let slack: Vec<usize> = (0..q).filter(|&i| self.delta[i] != 0.0).collect();
+        if slack.is_empty() {
+            let a = widened(self.a, z.generators());
+            return Self {
+                z,
+                a,
+                b: self.b,
+                delta: self.delta,
+            };
+        }
+        let first = z.generators();
+        let cols = first + slack.len();
+        let g = Matrix::from_fn(n, cols, |i, j| if j < first { z.g()[(i, j)] } else { 0.0 });
+        let a = Matrix::from_fn(q, cols, |i, j| {
+            if j < p {
+                self.a[(i, j)]
+            } else if j >= first && slack[j - first] == i {
+                self.delta[i]
+            } else {
+                0.0
+            }
+        });
+        let z = Zonotope::checked("fold", z.c().to_vec(), g, vec![0.0; n]);
+        let z = z.expect("the entries are those of the set, which are finite");
         Self {
             z,
             a,
             b: self.b,
-            delta: self.delta,
+            delta: vec![0.0; q],
         }
     }
 
