@@ -95,13 +95,26 @@ impl ConstrainedFilter {
         y: Measurement,
     ) -> Result<ConstrainedBelief, EstimationError> {
         let set = match self.model.observe(k, u, y)? {
-            None => belief.set.clone(),
             Some((c, target)) => {
                 let joined = belief.set.generalized_intersection(&c, &target);
-                joined.map_err(EstimationError::at(k, "update"))?
+                scott::reduce(
+                    &joined.map_err(EstimationError::at(k, "update"))?.fold(),
+                    self.generators,
+                    self.constraints,
+                )
             }
+            // Nothing measured: only what has grown is reduced.
+            None if belief.set.generators() <= self.generators
+                && belief.set.constraints() <= self.constraints =>
+            {
+                Ok(belief.set.clone())
+            }
+            None => scott::reduce(
+                &belief.set.clone().fold(),
+                self.generators,
+                self.constraints,
+            ),
         };
-        let set = scott::reduce(&set.fold(), self.generators, self.constraints);
         let set = set.map_err(EstimationError::at(k, "reduction"))?;
         ConstrainedBelief::with_hull(set, &mut LinearProgram::new())
             .map_err(EstimationError::at(k, "interval hull"))

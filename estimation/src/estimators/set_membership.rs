@@ -78,34 +78,45 @@ impl Model {
         let variables = problem.system.variables();
         let (n, n_y, n_v) = (variables.x.len(), variables.y.len(), variables.v.len());
         let u = vec![0.0; variables.u.len()];
-        let output = Output {
-            system: &problem.system,
-            k: 0,
-            u: &u,
-            n,
-            n_y,
-            n_v,
+        let unsupported = |reason: &str| EstimationError::Unsupported {
+            kind,
+            what: problem.system.kind(),
+            reason: reason.into(),
         };
-        // A linear function has the same derivative over any box: points, not intervals.
-        let anywhere = IntervalVector::new(vec![Interval::UNIT; n + n_v]);
-        let (_, j) = jacobian_over(&output, &anywhere)
-            .map_err(EstimationError::at(0, "measurement equation"))?;
-        if problem.system.n_delta() > 0 || j.as_slice().iter().any(|e| !e.is_point()) {
-            return Err(EstimationError::Unsupported {
-                kind,
-                what: problem.system.kind(),
-                reason: "it needs a measurement linear in x and v, and no parameters δ".into(),
-            });
+        if problem.system.n_delta() > 0 {
+            return Err(unsupported("it knows no parameters δ"));
         }
-        let columns =
-            |from: usize, to: usize| j.select_columns(&(from..to).collect::<Vec<_>>()).mid();
+        let (c, d_v) = match problem.system.quasi_lpv() {
+            Some(form) => (form.output_matrix(), Matrix::identity(n_y)),
+            None => {
+                let output = Output {
+                    system: &problem.system,
+                    k: 0,
+                    u: &u,
+                    n,
+                    n_y,
+                    n_v,
+                };
+                // A linear function has the same derivative over any box: points, not intervals.
+                let anywhere = IntervalVector::new(vec![Interval::UNIT; n + n_v]);
+                let (_, j) = jacobian_over(&output, &anywhere)
+                    .map_err(EstimationError::at(0, "measurement equation"))?;
+                if j.as_slice().iter().any(|e| !e.is_point()) {
+                    return Err(unsupported("it needs a measurement linear in x and v"));
+                }
+                let columns = |from: usize, to: usize| {
+                    j.select_columns(&(from..to).collect::<Vec<_>>()).mid()
+                };
+                (columns(0, n), columns(n, n + n_v))
+            }
+        };
         Ok(Self {
             prior: set_of(kind, "prior", &problem.prior)?,
             w: set_of(kind, "noise.w", &problem.w)?,
             v: set_of(kind, "noise.v", &problem.v)?,
             n_u: u.len(),
-            c: columns(0, n),
-            d_v: columns(n, n + n_v),
+            c,
+            d_v,
             system: problem.system.clone(),
         })
     }

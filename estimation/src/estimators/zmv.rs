@@ -61,12 +61,17 @@ impl ZonotopeFilter {
         y: Measurement,
     ) -> Result<Zonotope, EstimationError> {
         let mut set = set.clone();
-        if let Some((c, target)) = self.model.observe(k, u, y)? {
-            let half = target.zonotope().radius();
-            for (i, half) in half.into_iter().enumerate() {
-                let cut = strip::intersect(&set, c.row(i), target.c()[i], half);
-                set = cut.map_err(EstimationError::at(k, "update"))?;
+        match self.model.observe(k, u, y)? {
+            Some((c, target)) => {
+                let half = target.zonotope().radius();
+                for (i, half) in half.into_iter().enumerate() {
+                    let cut = strip::intersect(&set, c.row(i), target.c()[i], half);
+                    set = cut.map_err(EstimationError::at(k, "update"))?;
+                }
             }
+            // Nothing measured: only what has grown is reduced.
+            None if set.generators() <= self.generators => return Ok(set),
+            None => {}
         }
         yang_scott::reduce(&set.fold(), self.generators)
             .map_err(EstimationError::at(k, "reduction"))
