@@ -157,7 +157,7 @@ def check_file(path):
         for key in ("paper", "experiment", "estimator", "kind", "guaranteed"):
             check(key in records["zonobench"], "metadata has no", key)
         attachments = {a.name: a for a in reader.iter_attachments()}
-        check(set(attachments) == {"foxglove-layout.json", "params.toml"}, "attachments", set(attachments))
+        check(set(attachments) == {"foxglove-layout.json", "params.json"}, "attachments", set(attachments))
         check_layout(attachments["foxglove-layout.json"].data, counts, scene_times)
     return counts
 

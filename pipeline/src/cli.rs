@@ -14,6 +14,7 @@ use crate::tables;
 use crate::tracking;
 use clap::{Args, Parser, Subcommand};
 use rayon::prelude::*;
+use std::io::{ErrorKind, IsTerminal as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -52,7 +53,7 @@ enum Command {
         #[command(flatten)]
         lake: LakeArg,
         /// Threads; all processors if not given
-        #[arg(long)]
+        #[arg(long, value_parser = number_of_threads)]
         jobs: Option<usize>,
     },
     /// Run estimators on recorded data: no simulation, no truth
@@ -71,6 +72,9 @@ enum Command {
     },
     /// Show what would run, and why
     Plan {
+        /// Your own experiment files; without any, the papers
+        #[arg(conflicts_with = "paper")]
+        files: Vec<PathBuf>,
         /// Only this paper (may be repeated)
         #[arg(long)]
         paper: Vec<String>,
@@ -82,8 +86,10 @@ enum Command {
     },
     /// Show why one result would run: the part of its key that differs from what the lake holds
     Explain {
-        /// PAPER/EXPERIMENT[/STAGE[/ESTIMATOR]], as `plan` lists them
+        /// PAPER[/EXPERIMENT[/STAGE[/ESTIMATOR]]], as `plan` lists them
         target: String,
+        /// Your own experiment files, if the target is in one of them
+        files: Vec<PathBuf>,
         #[command(flatten)]
         lake: LakeArg,
     },
@@ -146,7 +152,7 @@ struct Reproduce {
     #[arg(long)]
     full: bool,
     /// Threads; all processors if not given
-    #[arg(long)]
+    #[arg(long, value_parser = number_of_threads)]
     jobs: Option<usize>,
     /// The lake [default: lake, with --quick lake-quick]
     #[arg(long)]
@@ -164,6 +170,8 @@ pub fn main() -> ExitCode {
         (_, true) => Verbosity::Verbose,
         _ => Verbosity::Normal,
     };
+    // It is set once, so nothing was set before.
+    let _ = miette::set_hook(Box::new(|_| Box::new(error_style())));
     match run(cli.command, verbosity) {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
@@ -174,66 +182,131 @@ pub fn main() -> ExitCode {
     }
 }
 
+/// How errors are drawn: never with a path broken in two, and in lines as they come where a program reads them.
+fn error_style() -> miette::MietteHandler {
+    miette::MietteHandlerOpts::new()
+        // Every message holds its cause already.
+        .without_cause_chain()
+        .break_words(false)
+        .wrap_lines(std::io::stderr().is_terminal())
+        .build()
+}
+
+/// Writes results to the standard output. A reader who has seen enough (`zonobench query … | head`) is no error.
+fn print(text: &str) -> Result<(), Error> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => {
+            Err(Error::io("write to", Path::new("the standard output"), e))
+        }
+        _ => Ok(()),
+    }
+}
+
 fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
     match command {
         Command::ReproduceAll(options) => reproduce_all(&options, verbosity),
         Command::Run { files, lake, jobs } => run_files(&files, &lake.lake, jobs, verbosity),
-        Command::Track { file, measurements, inputs, out } => {
+        Command::Track {
+            file,
+            measurements,
+            inputs,
+            out,
+        } => {
             for tracked in tracking::track(&file, &measurements, inputs.as_deref(), &out)? {
                 for (estimator, k) in &tracked.inconsistent {
-                    println!("{}: {estimator}: the measurement at k = {k} contradicts the model", tracked.id);
+                    print(&format!(
+                        "{}: {estimator}: the measurement at k = {k} contradicts the model\n",
+                        tracked.id
+                    ))?;
                 }
                 if verbosity != Verbosity::Quiet {
                     let out = tracked.out.display();
-                    println!("{}: k = 0 to {}; see {out}/estimates.parquet", tracked.id, tracked.steps);
+                    print(&format!(
+                        "{}: k = 0 to {}; see {out}/estimates.parquet\n",
+                        tracked.id, tracked.steps
+                    ))?;
                 }
             }
             Ok(0)
         }
-        Command::Plan { paper, dot, lake } => plan(&paper, dot, &lake.lake),
-        Command::Explain { target, lake } => explain(&target, &lake.lake),
-        Command::Tables { paper, table, format, lake } => {
-            print!("{}", tables::render(&lake.lake, paper.as_deref(), table.as_deref(), format)?);
+        Command::Plan {
+            files,
+            paper,
+            dot,
+            lake,
+        } => plan(&experiments(&files, &paper)?, dot, &lake.lake),
+        Command::Explain {
+            target,
+            files,
+            lake,
+        } => explain(&target, &files, &lake.lake),
+        Command::Tables {
+            paper,
+            table,
+            format,
+            lake,
+        } => {
+            print(&tables::render(
+                &lake.lake,
+                paper.as_deref(),
+                table.as_deref(),
+                format,
+            )?)?;
             Ok(0)
         }
         Command::Query { sql, format, lake } => {
-            print!("{}", query::render(&query::run(&lake.lake, &sql)?, format));
+            print(&query::render(&query::run(&lake.lake, &sql)?, format))?;
             Ok(0)
         }
         Command::Report { lake, out } => {
             let written = report::write(&lake.lake, &out)?;
-            println!("{written} files in {}", out.display());
+            print(&format!("{written} files in {}\n", out.display()))?;
             Ok(0)
         }
         Command::Verify { lake } => verify(&lake.lake),
     }
 }
 
+/// The most threads that `--jobs` takes: more than any machine has use for, fewer than any refuses.
+const MOST_THREADS: usize = 1024;
+
+fn number_of_threads(text: &str) -> Result<usize, String> {
+    let jobs = text
+        .parse()
+        .ok()
+        .filter(|jobs| (1..=MOST_THREADS).contains(jobs));
+    jobs.ok_or_else(|| format!("expected a number of threads from 1 to {MOST_THREADS}"))
+}
+
 fn threads(jobs: Option<usize>) -> Result<rayon::ThreadPool, Error> {
-    let jobs = match jobs {
-        Some(0) => {
-            return Err(Error::Unknown {
-                what: "number of threads",
-                got: "0".to_owned(),
-                expected: "--jobs takes a number of at least 1".to_owned(),
-            });
-        }
-        Some(n) => n,
-        None => std::thread::available_parallelism().map_or(1, usize::from),
-    };
-    rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(|e| Error::Unknown {
-        what: "number of threads",
-        got: jobs.to_string(),
-        expected: e.to_string(),
-    })
+    let jobs = jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(jobs)
+        .build()
+        .map_err(|e| Error::Refused {
+            what: "--jobs".to_owned(),
+            expected: format!("a number of threads that the system grants ({e})"),
+            got: jobs.to_string(),
+        })
 }
 
 fn work(experiments: &[Arc<Experiment>]) -> u64 {
-    experiments.iter().map(|e| (e.runs * (1 + e.estimators.len())) as u64).sum()
+    experiments
+        .iter()
+        .map(|e| (e.runs * (1 + e.estimators.len())) as u64)
+        .sum()
 }
 
-fn run_all(store: &Store, experiments: &[Arc<Experiment>], progress: &Progress) -> Result<Vec<Finished>, Error> {
-    let finished = experiments.par_iter().map(|e| engine::run(store, e, progress)).collect();
+fn run_all(
+    store: &Store,
+    experiments: &[Arc<Experiment>],
+    progress: &Progress,
+) -> Result<Vec<Finished>, Error> {
+    let finished = experiments
+        .par_iter()
+        .map(|e| engine::run(store, e, progress))
+        .collect();
     progress.clear();
     finished
 }
@@ -244,11 +317,16 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
     if options.quick {
         papers = papers.into_iter().map(Paper::quick).collect();
     }
-    let scale = if options.quick { Scale::Quick } else { Scale::Full };
+    let scale = if options.quick {
+        Scale::Quick
+    } else {
+        Scale::Full
+    };
     let default = if options.quick { "lake-quick" } else { "lake" };
     let lake = options.lake.clone().unwrap_or_else(|| default.into());
     let store = Store::open(&lake)?;
-    let experiments: Vec<Arc<Experiment>> = papers.iter().flat_map(|p| p.experiments.clone()).collect();
+    let experiments: Vec<Arc<Experiment>> =
+        papers.iter().flat_map(|p| p.experiments.clone()).collect();
     let progress = Progress::new(verbosity, work(&experiments));
     let pool = threads(options.jobs)?;
     let finished = pool.install(|| run_all(&store, &experiments, &progress))?;
@@ -271,7 +349,11 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
     let reports = options.reports.clone().unwrap_or_else(|| {
         // Only the whole of the published run belongs on the committed pages.
         let here = PathBuf::from("reports");
-        if !options.quick && here.is_dir() { here } else { lake.join("reports") }
+        if !options.quick && here.is_dir() {
+            here
+        } else {
+            lake.join("reports")
+        }
     });
     report::write(&lake, &reports)?;
     let entries = lake::read_manifest(&lake)?;
@@ -282,8 +364,13 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
         eprintln!("{}: {}", violation.path, violation.what);
     }
     if verbosity != Verbosity::Quiet {
-        let (made, found) = finished.iter().fold((0, 0), |(m, f), x| (m + x.made, f + x.found));
-        println!("{made} results made, {found} found, {:.1} s", start.elapsed().as_secs_f64());
+        let (made, found) = finished
+            .iter()
+            .fold((0, 0), |(m, f), x| (m + x.made, f + x.found));
+        print(&format!(
+            "{made} results made, {found} found, {:.1} s\n",
+            start.elapsed().as_secs_f64()
+        ))?;
     }
     Ok(u8::from(errors > 0 || !violations.is_empty()))
 }
@@ -291,40 +378,73 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
 /// Prints the matrix of verdicts and where to look; returns the number of cells in error.
 fn summary(lake: &Path, reports: &Path, quick: bool, verbosity: Verbosity) -> Result<usize, Error> {
     let matrix = tables::matrix(lake)?;
-    let errors = matrix.iter().filter(|(_, _, verdict, _)| verdict == "error").map(|(_, _, _, n)| n).sum();
+    let errors = matrix
+        .iter()
+        .filter(|(_, _, verdict, _)| verdict == "error")
+        .map(|(_, _, _, n)| n)
+        .sum();
     if verbosity == Verbosity::Quiet {
         return Ok(errors);
     }
-    if quick {
-        println!("A quick run: every method and table, few runs; its numbers are compared with nothing.\n");
+    let mut out = if quick {
+        "A quick run: every method and table, few runs; its numbers are compared with nothing.\n\n"
+            .to_owned()
     } else {
-        println!("What the papers print, as reproduced (reading as-written):\n\n{}", tables::matrix_text(lake)?);
-    }
-    println!("Report:  {}/README.md", reports.display());
-    println!("Tables:  zonobench tables [PAPER [TABLE]]{}", flag(lake));
-    println!("Data:    zonobench query \"SELECT * FROM scores LIMIT 5\"{}", flag(lake));
+        format!(
+            "What the papers print, as reproduced (reading as-written):\n\n{}\n",
+            tables::matrix_text(lake)?
+        )
+    };
+    out += &format!("Report:  {}/README.md\n", reports.display());
+    out += &format!("Tables:  zonobench tables [PAPER [TABLE]]{}\n", flag(lake));
+    out += &format!(
+        "Data:    zonobench query \"SELECT * FROM scores LIMIT 5\"{}\n",
+        flag(lake)
+    );
+    print(&out)?;
     Ok(errors)
 }
 
 fn flag(lake: &Path) -> String {
-    if lake == Path::new("lake") { String::new() } else { format!(" --lake {}", lake.display()) }
+    if lake == Path::new("lake") {
+        String::new()
+    } else {
+        format!(" --lake {}", lake.display())
+    }
 }
 
-fn run_files(files: &[PathBuf], lake: &Path, jobs: Option<usize>, verbosity: Verbosity) -> Result<u8, Error> {
-    let start = Instant::now();
-    let mut experiments: Vec<Arc<Experiment>> = Vec::new();
+/// The experiments of the user's files, whose names differ.
+fn load(files: &[PathBuf]) -> Result<Vec<Arc<Experiment>>, Error> {
+    let mut experiments: Vec<(Arc<Experiment>, &Path)> = Vec::new();
     for file in files {
         for experiment in Experiment::load(file)? {
-            if experiments.iter().any(|e| e.name() == experiment.name()) {
-                return Err(Error::Unknown {
-                    what: "place for a second experiment",
+            if let Some((_, first)) = experiments
+                .iter()
+                .find(|(e, _)| e.name() == experiment.name())
+            {
+                return Err(Error::Refused {
+                    what: format!("{}: id", file.display()),
+                    expected: format!("experiments that {} does not have", first.display()),
                     got: experiment.name(),
-                    expected: format!("{} gives an id that another file gave: ids differ", file.display()),
                 });
             }
-            experiments.push(Arc::new(experiment));
+            experiments.push((Arc::new(experiment), file));
         }
     }
+    Ok(experiments
+        .into_iter()
+        .map(|(experiment, _)| experiment)
+        .collect())
+}
+
+fn run_files(
+    files: &[PathBuf],
+    lake: &Path,
+    jobs: Option<usize>,
+    verbosity: Verbosity,
+) -> Result<u8, Error> {
+    let start = Instant::now();
+    let experiments = load(files)?;
     let store = Store::open(lake)?;
     let progress = Progress::new(verbosity, work(&experiments));
     let pool = threads(jobs)?;
@@ -346,14 +466,20 @@ fn run_files(files: &[PathBuf], lake: &Path, jobs: Option<usize>, verbosity: Ver
         eprintln!("{}: {}", violation.path, violation.what);
     }
     if verbosity != Verbosity::Quiet {
+        let mut out = String::new();
         for e in &experiments {
             let sql = format!(
                 "SELECT estimator, metric, component, n_runs, mean, sd FROM scores WHERE paper = '{}' AND experiment = '{}'",
                 e.paper, e.id
             );
-            println!("\n{}\n\n{}", e.name(), query::render(&query::run(lake, &sql)?, query::Format::Table));
+            let scores = query::render(&query::run(lake, &sql)?, query::Format::Table);
+            out += &format!("\n{}\n\n{scores}\n", e.name());
         }
-        println!("Data:    zonobench query \"SELECT * FROM estimates LIMIT 5\"{}", flag(lake));
+        out += &format!(
+            "Data:    zonobench query \"SELECT * FROM estimates LIMIT 5\"{}\n",
+            flag(lake)
+        );
+        print(&out)?;
     }
     Ok(u8::from(!violations.is_empty()))
 }
@@ -361,7 +487,9 @@ fn run_files(files: &[PathBuf], lake: &Path, jobs: Option<usize>, verbosity: Ver
 /// Appends one line to the run log: when, how long, what. Never hashed.
 fn log_run(lake: &Path, command: &str, start: Instant, finished: &[Finished]) -> Result<(), Error> {
     let path = lake.join("runlog.jsonl");
-    let unix = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |t| t.as_secs());
+    let unix = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .map_or(0, |t| t.as_secs());
     let line = serde_json::json!({
         "command": command,
         "unix_time_s": unix,
@@ -373,7 +501,10 @@ fn log_run(lake: &Path, command: &str, start: Instant, finished: &[Finished]) ->
         "found": finished.iter().map(|f| f.found).sum::<usize>(),
     });
     let append = || -> std::io::Result<()> {
-        let mut file = std::fs::File::options().create(true).append(true).open(&path)?;
+        let mut file = std::fs::File::options()
+            .create(true)
+            .append(true)
+            .open(&path)?;
         std::io::Write::write_all(&mut file, format!("{line}\n").as_bytes())
     };
     append().map_err(|e| Error::io("append to", &path, e))
@@ -382,99 +513,124 @@ fn log_run(lake: &Path, command: &str, start: Instant, finished: &[Finished]) ->
 /// The processor's model, where the system tells it.
 fn processor() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = info.lines().find_map(|line| line.strip_prefix("model name"));
-    model.map_or_else(|| "unknown".to_owned(), |m| m.trim_start_matches([' ', '\t', ':']).to_owned())
+    let model = info
+        .lines()
+        .find_map(|line| line.strip_prefix("model name"));
+    model.map_or_else(
+        || "unknown".to_owned(),
+        |m| m.trim_start_matches([' ', '\t', ':']).to_owned(),
+    )
 }
 
-fn plan(wanted: &[String], dot: bool, lake: &Path) -> Result<u8, Error> {
+/// The experiments of the user's files, or of the papers where there are none.
+fn experiments(files: &[PathBuf], papers: &[String]) -> Result<Vec<Arc<Experiment>>, Error> {
+    if files.is_empty() {
+        Ok(papers::load(papers)?
+            .into_iter()
+            .flat_map(|paper| paper.experiments)
+            .collect())
+    } else {
+        load(files)
+    }
+}
+
+fn plan(experiments: &[Arc<Experiment>], dot: bool, lake: &Path) -> Result<u8, Error> {
     let store = Store::read_only(lake);
     let (mut cached, mut to_run) = (0, 0);
+    let mut out = String::new();
     if dot {
-        println!("digraph zonobench {{\n  rankdir = LR;");
+        out += "digraph zonobench {\n  rankdir = LR;\n";
     }
-    for paper in papers::load(wanted)? {
-        for experiment in &paper.experiments {
-            let planned = engine::plan(&store, experiment);
-            if dot {
-                print!("{}", engine::dot(experiment, &planned));
-                continue;
-            }
-            for line in planned {
-                let why = match &line.status {
-                    Status::Cached => {
-                        cached += 1;
-                        continue;
-                    }
-                    Status::Missing => "was never made".to_owned(),
-                    Status::Upstream => "reads what runs before it".to_owned(),
-                    Status::Changed(changes) => {
-                        let (place, old, new) = &changes[0];
-                        let more = changes.len() - 1;
-                        let more = if more > 0 { format!(" (and {more} more)") } else { String::new() };
-                        format!("{place}: {old} -> {new}{more}")
-                    }
-                };
-                to_run += 1;
-                println!("{}: {why}", line.target);
-            }
+    for experiment in experiments {
+        let planned = engine::plan(&store, experiment);
+        if dot {
+            out += &engine::dot(experiment, &planned);
+            continue;
+        }
+        for line in planned {
+            let why = match &line.status {
+                Status::Cached => {
+                    cached += 1;
+                    continue;
+                }
+                Status::Missing => "was never made".to_owned(),
+                Status::Upstream => "reads what runs before it".to_owned(),
+                Status::Changed(changes) => {
+                    let (place, old, new) = &changes[0];
+                    let more = changes.len() - 1;
+                    let more = if more > 0 {
+                        format!(" (and {more} more)")
+                    } else {
+                        String::new()
+                    };
+                    format!("{place}: {old} -> {new}{more}")
+                }
+            };
+            to_run += 1;
+            out += &format!("{}: {why}\n", line.target);
         }
     }
-    if dot {
-        println!("}}");
+    out += &if dot {
+        "}\n".to_owned()
     } else {
-        println!("{to_run} results to make, {cached} in the lake");
-    }
+        format!("{to_run} results to make, {cached} in the lake\n")
+    };
+    print(&out)?;
     Ok(0)
 }
 
-fn explain(wanted: &str, lake: &Path) -> Result<u8, Error> {
+fn explain(wanted: &str, files: &[PathBuf], lake: &Path) -> Result<u8, Error> {
     let store = Store::read_only(lake);
     let mut known = Vec::new();
-    let mut found = false;
+    let mut out = String::new();
     let paper = wanted.split('/').next().unwrap_or_default().to_owned();
-    for paper in papers::load(&[paper])? {
-        for experiment in &paper.experiments {
-            known.push(experiment.name());
-            for line in engine::plan(&store, experiment) {
-                let name = line.target.to_string();
-                if name != wanted && !name.starts_with(&format!("{wanted}/")) {
-                    continue;
+    for experiment in experiments(files, &[paper])? {
+        known.push(experiment.name());
+        for line in engine::plan(&store, &experiment) {
+            let name = line.target.to_string();
+            if name != wanted && !name.starts_with(&format!("{wanted}/")) {
+                continue;
+            }
+            match line.status {
+                Status::Cached => out += &format!("{name}: in the lake, would not run\n"),
+                Status::Missing => out += &format!("{name}: would run, it was never made\n"),
+                Status::Upstream => {
+                    out += &format!("{name}: would run, it reads what runs before it\n")
                 }
-                found = true;
-                match line.status {
-                    Status::Cached => println!("{name}: in the lake, would not run"),
-                    Status::Missing => println!("{name}: would run, it was never made"),
-                    Status::Upstream => println!("{name}: would run, it reads what runs before it"),
-                    Status::Changed(changes) => {
-                        println!("{name}: would run, its key differs:");
-                        for (place, old, new) in changes {
-                            println!("  {place}: {old} -> {new}");
-                        }
+                Status::Changed(changes) => {
+                    out += &format!("{name}: would run, its key differs:\n");
+                    for (place, old, new) in changes {
+                        out += &format!("  {place}: {old} -> {new}\n");
                     }
                 }
             }
         }
     }
-    if found {
-        return Ok(0);
+    if out.is_empty() {
+        return Err(Error::Unknown {
+            what: "target",
+            got: wanted.to_owned(),
+            expected: format!(
+                "experiments: {}; `plan` lists their targets",
+                known.join(", ")
+            ),
+        });
     }
-    Err(Error::Unknown {
-        what: "target",
-        got: wanted.to_owned(),
-        expected: format!("experiments: {}", known.join(", ")),
-    })
+    print(&out)?;
+    Ok(0)
 }
 
 fn verify(lake: &Path) -> Result<u8, Error> {
     let (files, findings) = lake::verify(lake)?;
-    for finding in &findings {
-        println!("{}: {}", finding.path, finding.what);
-    }
-    if findings.is_empty() {
-        println!("{files} files as the manifest says, no guarantee violated");
-        Ok(0)
-    } else {
-        println!("{} faults in {files} files", findings.len());
-        Ok(1)
-    }
+    let mut out: String = findings
+        .iter()
+        .map(|f| format!("{}: {}\n", f.path, f.what))
+        .collect();
+    out += &match findings.len() {
+        0 => format!("{files} files as the manifest says, no guarantee violated\n"),
+        1 => format!("1 fault in {files} files\n"),
+        n => format!("{n} faults in {files} files\n"),
+    };
+    print(&out)?;
+    Ok(u8::from(!findings.is_empty()))
 }

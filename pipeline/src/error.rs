@@ -49,6 +49,15 @@ pub enum Error {
         /// Why.
         source: serde_json::Error,
     },
+    /// The manifest of a lake is damaged.
+    #[error("{}: expected a manifest, got: {source}", path.display())]
+    #[diagnostic(help("`zonobench run` or `zonobench reproduce-all` on this lake writes it anew"))]
+    Manifest {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: serde_json::Error,
+    },
     /// Another process works on this lake.
     #[error("the lake {} is in use by another zonobench; wait for it, or choose another with --lake", path.display())]
     Locked {
@@ -81,6 +90,16 @@ pub enum Error {
         got: String,
         /// What there is.
         expected: String,
+    },
+    /// What a command was given does not fit.
+    #[error("{what}: expected {expected}, got {got}")]
+    Refused {
+        /// The argument, or the file and its part.
+        what: String,
+        /// What fits.
+        expected: String,
+        /// What came.
+        got: String,
     },
     /// A line of one of the project's CSV files is wrong.
     #[error("{file}, line {line}: expected {expected}, got {got}")]
@@ -149,23 +168,43 @@ pub enum Error {
 impl Error {
     /// An I/O error with what was tried and where.
     pub fn io(action: &'static str, path: &Path, source: std::io::Error) -> Self {
-        Self::Io { action, path: path.to_owned(), source }
+        Self::Io {
+            action,
+            path: path.to_owned(),
+            source,
+        }
     }
 
     /// A Parquet error with its file; a full disk below it is shown as the I/O error that it is.
     pub fn parquet(path: &Path, source: parquet::errors::ParquetError) -> Self {
-        Self::Parquet { path: path.to_owned(), source }
+        match source {
+            parquet::errors::ParquetError::External(cause) => match cause.downcast() {
+                Ok(source) => Self::io("write", path, *source),
+                Err(cause) => Self::Parquet {
+                    path: path.to_owned(),
+                    source: parquet::errors::ParquetError::External(cause),
+                },
+            },
+            source => Self::Parquet {
+                path: path.to_owned(),
+                source,
+            },
+        }
     }
 
     /// A JSON error with its file.
     pub fn json(path: &Path, source: serde_json::Error) -> Self {
-        Self::Json { path: path.to_owned(), source }
+        Self::Json {
+            path: path.to_owned(),
+            source,
+        }
     }
 
     /// 2 for bad usage or bad input, 1 for everything else.
     pub fn exit_code(&self) -> i32 {
         match self {
-            Self::Input(_) | Self::Unknown { .. } | Self::Query { .. } | Self::NoLake { .. } => 2,
+            Self::Input(_) | Self::Unknown { .. } | Self::Refused { .. } => 2,
+            Self::Query { .. } | Self::NoLake { .. } => 2,
             _ => 1,
         }
     }

@@ -74,7 +74,9 @@ pub fn count_rows(path: &Path) -> Result<u64, Error> {
     let file = fs::File::open(path).map_err(|e| Error::io("open", path, e))?;
     let reader = parquet::file::serialized_reader::SerializedFileReader::new(file)
         .map_err(|e| Error::parquet(path, e))?;
-    Ok(parquet::file::reader::FileReader::metadata(&reader).file_metadata().num_rows() as u64)
+    Ok(parquet::file::reader::FileReader::metadata(&reader)
+        .file_metadata()
+        .num_rows() as u64)
 }
 
 /// Publishes `files` and writes the manifest. Entries for which `in_scope(paper, experiment)` holds and
@@ -87,17 +89,28 @@ pub fn publish(
 ) -> Result<usize, Error> {
     files.sort_by(|a, b| a.path.cmp(&b.path));
     files.extend(catalog());
-    let old: BTreeMap<String, Entry> =
-        read_manifest(lake).unwrap_or_default().into_iter().map(|e| (e.path.clone(), e)).collect();
+    // What is wrong with the old manifest is mended by writing it anew, from what can be trusted of it.
+    let old: BTreeMap<String, Entry> = parse_manifest(lake)
+        .unwrap_or_default()
+        .into_iter()
+        .filter(|entry| stays_inside(lake, &entry.path))
+        .map(|entry| (entry.path.clone(), entry))
+        .collect();
     let tmp = lake.join(".cache").join("tmp");
     let built: Vec<(Entry, bool)> = files
         .par_iter()
         .enumerate()
         .map(|(i, file)| {
             let target = lake.join(&file.path);
+            let folder = Path::new(&file.path).parent().unwrap_or(Path::new(""));
+            if !stays_inside(lake, folder) {
+                return Err(outside(lake, &file.path));
+            }
             if let Some(entry) = old.get(&file.path)
                 && entry.key == file.key
+                && entry.table == file.table
                 && is_whole(&target, entry)
+                && is_described(&target, entry)
             {
                 return Ok((entry.clone(), false));
             }
@@ -121,22 +134,40 @@ pub fn publish(
         .collect::<Result<_, Error>>()?;
     let published: BTreeSet<&str> = files.iter().map(|f| f.path.as_str()).collect();
     let mut entries: Vec<Entry> = built.iter().map(|(entry, _)| entry.clone()).collect();
+    // Also what a killed run published before its manifest.
+    let mut stale: BTreeSet<String> = tables_on_disk(lake)
+        .into_iter()
+        .filter(|path| !old.contains_key(path))
+        .collect();
     for (path, entry) in &old {
         if published.contains(path.as_str()) {
             continue;
         }
         let keys = path_keys(path);
-        if keys.paper.is_none_or(|paper| in_scope(paper, keys.experiment)) {
-            let stale = lake.join(path);
-            if stale.exists() {
-                fs::remove_file(&stale).map_err(|e| Error::io("remove the stale", &stale, e))?;
-            }
+        if keys
+            .paper
+            .is_none_or(|paper| in_scope(paper, keys.experiment))
+        {
+            stale.insert(path.clone());
         } else {
             entries.push(entry.clone());
         }
     }
+    for path in stale {
+        let keys = path_keys(&path);
+        let ours = keys
+            .paper
+            .is_none_or(|paper| in_scope(paper, keys.experiment));
+        let file = lake.join(&path);
+        if ours && !published.contains(path.as_str()) && file.exists() {
+            fs::remove_file(&file).map_err(|e| Error::io("remove the stale", &file, e))?;
+        }
+    }
     entries.sort_by(|a, b| a.path.cmp(&b.path));
-    let manifest = Manifest { zonobench: env!("CARGO_PKG_VERSION").to_owned(), files: entries };
+    let manifest = Manifest {
+        zonobench: env!("CARGO_PKG_VERSION").to_owned(),
+        files: entries,
+    };
     let path = lake.join(MANIFEST);
     let text = serde_json::to_vec_pretty(&manifest).map_err(|e| Error::json(&path, e))?;
     if fs::read(&path).ok().as_deref() != Some(&text) {
@@ -153,38 +184,75 @@ fn is_whole(path: &Path, entry: &Entry) -> bool {
         && hash_file(path).is_ok_and(|(_, hash)| hash == entry.blake3)
 }
 
-/// The Hive keys in a lake path.
-struct PathKeys<'a> {
-    paper: Option<&'a str>,
-    experiment: Option<&'a str>,
+/// True if the entry's rows and schema are those of its file.
+fn is_described(path: &Path, entry: &Entry) -> bool {
+    let is_table = tables().iter().any(|t| t.name == entry.table);
+    let rows = if is_table {
+        count_rows(path).ok()
+    } else {
+        None
+    };
+    entry.rows == rows && entry.schema_version.as_deref() == rows.map(|_| SCHEMA_VERSION)
 }
 
-fn path_keys(path: &str) -> PathKeys<'_> {
+/// The Hive keys in a lake path.
+pub(crate) struct PathKeys<'a> {
+    pub(crate) paper: Option<&'a str>,
+    pub(crate) experiment: Option<&'a str>,
+}
+
+pub(crate) fn path_keys(path: &str) -> PathKeys<'_> {
     let find = |key| path.split('/').find_map(|part| part.strip_prefix(key));
-    PathKeys { paper: find("paper="), experiment: find("experiment=") }
+    PathKeys {
+        paper: find("paper="),
+        experiment: find("experiment="),
+    }
 }
 
 /// The manifest's entries; paths that would leave the lake are refused.
 pub fn read_manifest(lake: &Path) -> Result<Vec<Entry>, Error> {
+    let entries = parse_manifest(lake)?;
+    match entries
+        .iter()
+        .find(|entry| !stays_inside(lake, &entry.path))
+    {
+        Some(entry) => Err(outside(lake, &entry.path)),
+        None => Ok(entries),
+    }
+}
+
+fn parse_manifest(lake: &Path) -> Result<Vec<Entry>, Error> {
     let path = lake.join(MANIFEST);
     let text = fs::read(&path).map_err(|e| {
         if e.kind() == std::io::ErrorKind::NotFound {
-            Error::NoLake { path: lake.to_owned() }
+            Error::NoLake {
+                path: lake.to_owned(),
+            }
         } else {
             Error::io("read", &path, e)
         }
     })?;
-    let manifest: Manifest = serde_json::from_slice(&text).map_err(|e| Error::json(&path, e))?;
-    for entry in &manifest.files {
-        if !Path::new(&entry.path).components().all(|c| matches!(c, Component::Normal(_))) {
-            return Err(Error::Unknown {
-                what: "lake path",
-                got: entry.path.clone(),
-                expected: "paths in a manifest stay inside the lake".to_owned(),
-            });
-        }
-    }
+    let manifest: Manifest =
+        serde_json::from_slice(&text).map_err(|source| Error::Manifest { path, source })?;
     Ok(manifest.files)
+}
+
+/// True if `path` below the lake leads to no place outside it: neither by `..` or a root, nor by a symbolic link.
+fn stays_inside(lake: &Path, path: impl AsRef<Path>) -> bool {
+    let mut at = lake.to_owned();
+    path.as_ref().components().all(|component| {
+        at.push(component);
+        matches!(component, Component::Normal(_))
+            && !fs::symlink_metadata(&at).is_ok_and(|m| m.is_symlink())
+    })
+}
+
+fn outside(lake: &Path, path: &str) -> Error {
+    Error::Refused {
+        what: lake.join(MANIFEST).display().to_string(),
+        expected: "paths that stay in the lake, without symbolic links".to_owned(),
+        got: path.to_owned(),
+    }
 }
 
 /// A thing that `verify` found wrong.
@@ -265,23 +333,30 @@ pub fn verify(lake: &Path) -> Result<(usize, Vec<Finding>), Error> {
             } else if let Some(table) = tables.iter().find(|t| t.name == entry.table) {
                 match (table.check)(&path) {
                     Ok(rows) if Some(rows) == entry.rows => return None,
-                    Ok(rows) => format!("has {rows} rows, the manifest says {:?}", entry.rows),
+                    Ok(rows) => {
+                        let vouched = entry
+                            .rows
+                            .map_or_else(|| "nothing".to_owned(), |rows| rows.to_string());
+                        format!("has {rows} rows, the manifest says {vouched}")
+                    }
                     Err(e) => e.to_string(),
                 }
             } else {
                 return None;
             };
-            Some(Finding { path: entry.path.clone(), what })
+            Some(Finding {
+                path: entry.path.clone(),
+                what,
+            })
         })
         .collect();
     let known: BTreeSet<&str> = entries.iter().map(|e| e.path.as_str()).collect();
-    for table in tables.iter().filter(|t| t.hashed).map(|t| t.name).chain(["traces"]) {
-        let mut found = Vec::new();
-        list(&lake.join(table), table, &mut found);
-        for path in found {
-            if !known.contains(path.as_str()) {
-                findings.push(Finding { path, what: "is not in the manifest".to_owned() });
-            }
+    for path in tables_on_disk(lake) {
+        if !known.contains(path.as_str()) {
+            findings.push(Finding {
+                path,
+                what: "is not in the manifest".to_owned(),
+            });
         }
     }
     if findings.is_empty() {
@@ -291,12 +366,36 @@ pub fn verify(lake: &Path) -> Result<(usize, Vec<Finding>), Error> {
     Ok((entries.len(), findings))
 }
 
+/// The files that lie in the folders of the tables (those that the manifest vouches for) and of the traces.
+fn tables_on_disk(lake: &Path) -> Vec<String> {
+    let mut found = Vec::new();
+    for table in tables()
+        .iter()
+        .filter(|t| t.hashed)
+        .map(|t| t.name)
+        .chain(["traces"])
+    {
+        list(&lake.join(table), table, &mut found);
+    }
+    found
+}
+
+/// The files below `dir`, in no order; symbolic links are listed, not followed.
 fn list(dir: &Path, relative: &str, out: &mut Vec<String>) {
-    let Ok(entries) = fs::read_dir(dir) else { return };
+    let Ok(entries) = fs::read_dir(dir) else {
+        return;
+    };
     for entry in entries.flatten() {
-        let Ok(name) = entry.file_name().into_string() else { continue };
+        let Ok(name) = entry.file_name().into_string() else {
+            continue;
+        };
         let below = format!("{relative}/{name}");
-        if entry.path().is_dir() { list(&entry.path(), &below, out) } else { out.push(below) }
+        let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+        if is_folder {
+            list(&entry.path(), &below, out)
+        } else {
+            out.push(below)
+        }
     }
 }
 
@@ -305,11 +404,16 @@ pub fn violations(lake: &Path, entries: &[Entry]) -> Result<Vec<Finding>, Error>
     let mut findings = Vec::new();
     for entry in entries.iter().filter(|e| e.table == "beliefs") {
         let keys = path_keys(&entry.path);
-        let (Some(paper), Some(experiment)) = (keys.paper, keys.experiment) else { continue };
+        let (Some(paper), Some(experiment)) = (keys.paper, keys.experiment) else {
+            continue;
+        };
         let infos: Vec<rows::EstimatorInfo> =
             table::read(&lake.join(table_path("estimators", paper, experiment)))?;
-        let guaranteed: BTreeSet<_> =
-            infos.iter().filter(|i| i.guaranteed).map(|i| i.estimator.clone()).collect();
+        let guaranteed: BTreeSet<_> = infos
+            .iter()
+            .filter(|i| i.guaranteed)
+            .map(|i| i.estimator.clone())
+            .collect();
         if guaranteed.is_empty() {
             continue;
         }
@@ -339,7 +443,10 @@ fn catalog() -> Vec<Publication<'static>> {
         key: blake3::hash(text.as_bytes()).to_hex().to_string(),
         make: Box::new(move |path| write_synced(path, text.as_bytes()).map(|()| None)),
     };
-    vec![page(catalog_page(), "CATALOG.md"), page(data_package(), "datapackage.json")]
+    vec![
+        page(catalog_page(), "CATALOG.md"),
+        page(data_package(), "datapackage.json"),
+    ]
 }
 
 fn catalog_page() -> String {
@@ -360,7 +467,10 @@ fn catalog_page() -> String {
         for c in &table.columns {
             let null = if c.nullable { "yes" } else { "" };
             let kind = type_name(c);
-            text += &format!("| {} | {kind} | {null} | {} | {} |\n", c.name, c.unit, c.description);
+            text += &format!(
+                "| {} | {kind} | {null} | {} | {} |\n",
+                c.name, c.unit, c.description
+            );
         }
     }
     text
@@ -415,10 +525,20 @@ fn data_package() -> String {
 pub fn files_of(lake: &Path, entries: &[Entry], table: &str) -> Vec<PathBuf> {
     let hashed = tables().iter().any(|t| t.name == table && t.hashed);
     if hashed {
-        return entries.iter().filter(|e| e.table == table).map(|e| lake.join(&e.path)).collect();
+        return entries
+            .iter()
+            .filter(|e| e.table == table)
+            .map(|e| lake.join(&e.path))
+            .collect();
     }
+    on_disk(lake, table)
+}
+
+/// The Parquet files that lie in the folder of `table`, sorted.
+pub fn on_disk(lake: &Path, table: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
     list(&lake.join(table), table, &mut found);
+    found.retain(|path| path.ends_with(".parquet"));
     found.sort();
-    found.into_iter().filter(|p| p.ends_with(".parquet")).map(|p| lake.join(p)).collect()
+    found.into_iter().map(|path| lake.join(path)).collect()
 }

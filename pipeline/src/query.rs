@@ -1,13 +1,13 @@
 //! SQL over the lake, by polars: every lake table is a table name, with `paper` and `experiment` as columns.
 
 use crate::error::Error;
-use crate::lake::{files_of, read_manifest, table_names};
+use crate::lake::{self, files_of, read_manifest, table_names};
 use polars::prelude::{
-    AnyValue, DataFrame, DataType, Field, IntoLazy, LazyFrame, PlRefPath, PolarsError,
-    ScanArgsParquet,
+    AnyValue, DataFrame, DataType, Field, LazyFrame, PlRefPath, PolarsError, ScanArgsParquet,
+    UnionArgs, concat, lit,
 };
 use polars::sql::SQLContext;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// How a result is printed.
@@ -29,40 +29,81 @@ pub fn context(lake: &Path) -> Result<(SQLContext, Vec<&'static str>), Error> {
     for name in table_names() {
         let files = files_of(lake, &entries, name);
         if !files.is_empty() {
-            let folder = lake.join(name);
-            context.register(name, scan(&folder).map_err(|e| failure(&e, &names))?);
+            let frame = frame(lake, name, &files).map_err(|e| failure(&e, &names))?;
+            context.register(name, frame);
             names.push(name);
         }
     }
     Ok((context, names))
 }
 
+/// The rows of `files`, which are what the lake has of `table`, and of no other file that lies among them.
+fn frame(lake: &Path, table: &str, files: &[PathBuf]) -> Result<LazyFrame, PolarsError> {
+    if lake::on_disk(lake, table) == files {
+        return scan(&lake.join(table));
+    }
+    let one = |file: &PathBuf| {
+        let mut arguments = ScanArgsParquet::default();
+        arguments.hive_options.enabled = Some(false);
+        let frame = LazyFrame::scan_parquet(PlRefPath::new(file.display().to_string()), arguments)?;
+        let below = file.strip_prefix(lake).unwrap_or(file).to_string_lossy();
+        let keys = lake::path_keys(&below);
+        let key = |name: &str, value: Option<&str>| Some(lit(value?.to_owned()).alias(name));
+        let columns: Vec<_> = [key("paper", keys.paper), key("experiment", keys.experiment)]
+            .into_iter()
+            .flatten()
+            .collect();
+        Ok(frame.with_columns(columns))
+    };
+    let frames: Vec<LazyFrame> = files.iter().map(one).collect::<Result<_, PolarsError>>()?;
+    concat(frames, UnionArgs::default())
+}
+
 /// A Hive-partitioned folder of Parquet files; its keys are strings, whatever they look like.
-pub fn scan(folder: &Path) -> Result<LazyFrame, PolarsError> {
+fn scan(folder: &Path) -> Result<LazyFrame, PolarsError> {
     let by_paper = ["published", "comparison", "timing_comparison"];
-    let paper_alone = folder.file_name().is_some_and(|name| by_paper.iter().any(|t| name == *t));
-    let keys: &[&str] = if paper_alone { &["paper"] } else { &["paper", "experiment"] };
+    let paper_alone = folder
+        .file_name()
+        .is_some_and(|name| by_paper.iter().any(|t| name == *t));
+    let keys: &[&str] = if paper_alone {
+        &["paper"]
+    } else {
+        &["paper", "experiment"]
+    };
     let mut arguments = ScanArgsParquet::default();
     arguments.hive_options.enabled = Some(true);
     arguments.hive_options.try_parse_dates = false;
-    arguments.hive_options.schema =
-        Some(Arc::new(keys.iter().map(|k| Field::new((*k).into(), DataType::String)).collect()));
+    arguments.hive_options.schema = Some(Arc::new(
+        keys.iter()
+            .map(|k| Field::new((*k).into(), DataType::String))
+            .collect(),
+    ));
     LazyFrame::scan_parquet(PlRefPath::new(folder.display().to_string()), arguments)
 }
 
 fn failure(e: &PolarsError, tables: &[&str]) -> Error {
-    Error::Query { message: e.to_string(), tables: tables.join(", ") }
+    Error::Query {
+        message: e.to_string(),
+        tables: tables.join(", "),
+    }
 }
 
 /// The result of a query.
 pub fn run(lake: &Path, sql: &str) -> Result<DataFrame, Error> {
     let (mut context, names) = context(lake)?;
-    context.execute(sql).and_then(LazyFrame::collect).map_err(|e| failure(&e, &names))
+    context
+        .execute(sql)
+        .and_then(LazyFrame::collect)
+        .map_err(|e| failure(&e, &names))
 }
 
 /// A frame as text.
 pub fn render(frame: &DataFrame, format: Format) -> String {
-    let names: Vec<String> = frame.get_column_names().iter().map(|n| n.to_string()).collect();
+    let names: Vec<String> = frame
+        .get_column_names()
+        .iter()
+        .map(|n| n.to_string())
+        .collect();
     let columns = frame.columns();
     let cell = |i: usize, row: usize| columns[i].get(row).unwrap_or(AnyValue::Null);
     match format {
@@ -82,13 +123,20 @@ pub fn render(frame: &DataFrame, format: Format) -> String {
         Format::Csv => {
             let mut writer = csv::Writer::from_writer(Vec::new());
             let record = |fields: Vec<String>, writer: &mut csv::Writer<Vec<u8>>| {
-                writer.write_record(&fields).expect("writing to memory does not fail");
+                writer
+                    .write_record(&fields)
+                    .expect("writing to memory does not fail");
             };
             record(names.clone(), &mut writer);
             for row in 0..frame.height() {
-                record((0..names.len()).map(|i| text(&cell(i, row))).collect(), &mut writer);
+                record(
+                    (0..names.len()).map(|i| text(&cell(i, row))).collect(),
+                    &mut writer,
+                );
             }
-            let bytes = writer.into_inner().expect("writing to memory does not fail");
+            let bytes = writer
+                .into_inner()
+                .expect("writing to memory does not fail");
             String::from_utf8(bytes).expect("the fields are UTF-8")
         }
         Format::Table => {
@@ -109,7 +157,10 @@ pub fn aligned(header: &[String], rows: impl Iterator<Item = Vec<String>>) -> St
     for row in rows {
         table.add_row(row);
     }
-    table.lines().map(|line| line.trim_end().to_owned() + "\n").collect()
+    table
+        .lines()
+        .map(|line| line.trim_end().to_owned() + "\n")
+        .collect()
 }
 
 fn text(value: &AnyValue) -> String {
@@ -150,8 +201,11 @@ fn json(value: &AnyValue) -> serde_json::Value {
 /// One whole table of the lake as a lazy frame; None where the lake has no file of it.
 pub fn table(lake: &Path, name: &str) -> Result<Option<LazyFrame>, Error> {
     let entries = read_manifest(lake)?;
-    if files_of(lake, &entries, name).is_empty() {
+    let files = files_of(lake, &entries, name);
+    if files.is_empty() {
         return Ok(None);
     }
-    scan(&lake.join(name)).map(|frame| Some(frame.lazy())).map_err(|e| failure(&e, &[name]))
+    frame(lake, name, &files)
+        .map(Some)
+        .map_err(|e| failure(&e, &[name]))
 }

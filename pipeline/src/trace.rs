@@ -64,8 +64,8 @@ pub struct Trace {
     pub dt_s: f64,
     /// What else the file says of itself
     pub metadata: BTreeMap<String, String>,
-    /// The experiment, as TOML
-    pub params_toml: String,
+    /// The estimator's settings and what it was told, as JSON
+    pub params_json: String,
     /// The layout; where empty, one is made for this trace
     pub layout_json: String,
     /// How each measured component depends on the state, where that is linear; empty where it is not
@@ -244,7 +244,7 @@ pub fn write(trace: &Trace, out: &mut (impl Write + Seek)) -> Result<(), TraceEr
     };
     for (name, media_type, text) in [
         ("foxglove-layout.json", "application/json", &layout),
-        ("params.toml", "application/toml", &trace.params_toml),
+        ("params.json", "application/json", &trace.params_json),
     ] {
         writer.attach(&mcap::Attachment {
             log_time: start,

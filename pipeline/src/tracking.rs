@@ -39,13 +39,22 @@ pub fn track(
     trackings
         .iter()
         .map(|tracking| {
-            let folder = if several { out.join(&tracking.id) } else { out.to_owned() };
+            let folder = if several {
+                out.join(&tracking.id)
+            } else {
+                out.to_owned()
+            };
             one(tracking, measurements, inputs, &folder)
         })
         .collect()
 }
 
-fn one(tracking: &Tracking, measurements: &Path, inputs: Option<&Path>, out: &Path) -> Result<Tracked, Error> {
+fn one(
+    tracking: &Tracking,
+    measurements: &Path,
+    inputs: Option<&Path>,
+    out: &Path,
+) -> Result<Tracked, Error> {
     let variables = tracking.problem.system.variables();
     let names = |list: &'_ [zonobench_estimation::system::Variable]| -> Vec<String> {
         list.iter().map(|v| v.name.clone()).collect()
@@ -55,14 +64,24 @@ fn one(tracking: &Tracking, measurements: &Path, inputs: Option<&Path>, out: &Pa
     let u_refs: Vec<&str> = u_names.iter().map(String::as_str).collect();
     let y = recorded::measurements(measurements, &y_refs)?;
     let steps = y.last();
-    let u = match inputs {
-        Some(path) => recorded::inputs(path, &u_refs, steps)?,
-        None if u_refs.is_empty() => Vec::new(),
-        None => {
-            return Err(Error::Unknown {
-                what: "recording of the inputs",
-                got: "(none)".to_owned(),
-                expected: format!("the system has inputs {}: name their file with --inputs", u_refs.join(", ")),
+    let u = match (inputs, u_refs.is_empty()) {
+        (Some(path), false) => recorded::inputs(path, &u_refs, steps)?,
+        (None, true) => Vec::new(),
+        (Some(path), true) => {
+            return Err(Error::Refused {
+                what: "--inputs".to_owned(),
+                expected: "no file, because the system has no inputs".to_owned(),
+                got: path.display().to_string(),
+            });
+        }
+        (None, false) => {
+            return Err(Error::Refused {
+                what: "--inputs".to_owned(),
+                expected: format!(
+                    "a file with the columns k, {}, because the system has inputs",
+                    u_refs.join(", ")
+                ),
+                got: "none".to_owned(),
             });
         }
     };
@@ -105,5 +124,10 @@ fn one(tracking: &Tracking, measurements: &Path, inputs: Option<&Path>, out: &Pa
     let (from, to) = place("estimators.parquet");
     table::write::<EstimatorInfo>(&from, infos, &meta)?;
     fs::rename(&from, &to).map_err(|e| Error::io("write", &to, e))?;
-    Ok(Tracked { id: tracking.id.clone(), out: out.to_owned(), steps, inconsistent })
+    Ok(Tracked {
+        id: tracking.id.clone(),
+        out: out.to_owned(),
+        steps,
+        inconsistent,
+    })
 }

@@ -17,7 +17,6 @@ use reader::{Field, Table, deserialize};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::path::Path;
-use std::sync::Arc;
 use tree::{Node, Source};
 use zonobench_estimation::estimator::KINDS;
 use zonobench_estimation::system::System;
@@ -65,9 +64,6 @@ pub struct Experiment {
     pub metrics: Vec<MetricSpec>,
     /// What goes to the lake besides.
     pub output: Output,
-    /// The text of its file; not part of the canonical form, which does not change with white space.
-    #[serde(skip)]
-    pub text: Arc<str>,
 }
 
 /// An estimator of an experiment.
@@ -388,7 +384,6 @@ fn experiment(root: &Table, suffix: &str, folder: Option<&Path>) -> Result<Exper
         estimators,
         metrics,
         output,
-        text: root.text().into(),
     })
 }
 

@@ -511,6 +511,8 @@ fn data(
         .iter()
         .map(|variable| variable.name.as_str())
         .collect();
-    let rows = recorded::read(&folder.join(name), &names, prefix)?;
-    rows.complete(vectors).map_err(|fault| field.fault(fault))
+    let rows = recorded::read(&folder.join(name), &names, prefix)
+        .map_err(|fault| fault.with_help(field.fault("names this file").to_string()))?;
+    rows.complete(vectors)
+        .map_err(|fault| field.fault(format!("{name}: {fault}")))
 }

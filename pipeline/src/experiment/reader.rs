@@ -132,11 +132,6 @@ impl<'a> Table<'a> {
         &self.path
     }
 
-    /// The text of the whole file.
-    pub fn text(&self) -> &'a str {
-        &self.source.text
-    }
-
     /// The tree under it.
     pub fn node(&self) -> &'a Node {
         self.node

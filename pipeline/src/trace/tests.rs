@@ -51,7 +51,7 @@ fn trace(steps: usize) -> Trace {
         guaranteed: true,
         names: names.map(|(n, u)| (n.to_owned(), u.to_owned())).to_vec(),
         dt_s: 0.1,
-        params_toml: "schema = 1\n".to_owned(),
+        params_json: "{}".to_owned(),
         measurement_rows: vec![MeasurementRow {
             name: "y1".to_owned(),
             row: vec![1.0, 0.0],
