@@ -53,7 +53,7 @@ pub struct Size {
 pub struct Shape {
     /// "box", "zonotope", "gaussian", "zonotopic-gaussian", …
     pub kind: &'static str,
-    /// c.
+    /// c. Of a constrained zonotope it is the center of the generators, which may lie outside the set.
     pub center: Vec<f64>,
     /// G, n × p.
     pub generators: Option<Matrix>,

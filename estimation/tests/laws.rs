@@ -33,7 +33,7 @@ fn all() -> Vec<EstimatorSettings> {
         r#"{"kind": "ezgkp", "phi": 12, "eta": 0.7, "alpha": 0.01, "form": "ak"}"#,
         r#"{"kind": "ezgkp", "phi": 12, "eta": 0.7, "alpha": 0.01, "form": "direct"}"#,
         r#"{"kind": "zmv", "generators": 12}"#,
-        r#"{"kind": "zfo", "generators": 40}"#,
+        r#"{"kind": "zfo", "generators": 12}"#,
         r#"{"kind": "czmv", "generators": 12, "constraints": 3, "h": "c1"}"#,
         r#"{"kind": "czfo", "generators": 12, "constraints": 3, "h": "xb", "expansion": "lean", "remainder": "symmetric"}"#,
     ]
@@ -110,7 +110,8 @@ fn every_estimator_gives_the_same_beliefs_twice_and_of_the_right_dimension() {
             let belief = step.updated.unwrap();
             assert_eq!(belief.center().len(), 2);
             assert!(belief.center().iter().all(|x| x.is_finite()));
-            assert_eq!(belief.shape().center, belief.center());
+            let shape = belief.shape();
+            assert!(shape.constraints.is_some() || shape.center == belief.center());
             match belief.interval_hull() {
                 Some(hull) => {
                     assert!(hull.contains(&belief.center()));

@@ -294,11 +294,11 @@ impl Belief for ConstrainedBelief {
             ..Size::default()
         }
     }
-    /// Drawn from c, G, A and b.
+    /// Drawn from c, G, A and b; c is the center of the generators, not of the hull.
     fn shape(&self) -> Shape {
         Shape {
             kind: "constrained-zonotope",
-            center: self.center(),
+            center: self.set.c().to_vec(),
             generators: Some(self.set.g().clone()),
             constraints: Some((self.set.a().clone(), self.set.b().to_vec())),
             ..Shape::default()

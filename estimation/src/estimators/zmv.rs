@@ -90,8 +90,17 @@ impl ZonotopeFilter {
     ) -> Result<Zonotope, EstimationError> {
         self.model.check_input(u)?;
         let f = Dynamics::new(&self.model.system, k - 1, u);
-        extension(&f, set, &self.w).map_err(EstimationError::at(k, "prediction"))
+        extension(&f, set, &self.w)
+            .and_then(|image| without_zero_columns(&image))
+            .map_err(EstimationError::at(k, "prediction"))
     }
+}
+
+/// The same set without generators that are 0: products with a variable that enters linearly.
+fn without_zero_columns(z: &Zonotope) -> Result<Zonotope, SetError> {
+    let counts = |j: &usize| (0..z.dim()).any(|i| z.g()[(i, *j)] != 0.0);
+    let kept: Vec<usize> = (0..z.generators()).filter(counts).collect();
+    Zonotope::with_rounding(z.c().to_vec(), z.g().select_columns(&kept), z.r().to_vec())
 }
 
 macro_rules! zonotope_filter {
