@@ -11,7 +11,7 @@
 //! in two and three dimensions.
 //!
 //! Source: J. K. Scott, D. M. Raimondo, G. R. Marseglia, R. D. Braatz, "Constrained zonotopes: a new tool
-//! for set-based estimation and fault detection", Automatica 2016; as used in [Rego2020].
+//! for set-based estimation and fault detection", Automatica 2016; as used in \[Rego2020\].
 
 mod map;
 mod planar;

@@ -149,7 +149,7 @@ pub fn coordinate_bounds(x: &ConstrainedZonotope) -> Result<Vec<Interval>, SetEr
 ///
 /// Contains `x`; `x` itself if it has no more constraints. Fails with `Empty` if `x` is proved empty.
 ///
-/// Source: Scott et al. 2016, Sec. 4.2. The score's ‖G d_j‖₂ is what [Rego2020]'s numbers need; with
+/// Source: Scott et al. 2016, Sec. 4.2. The score's ‖G d_j‖₂ is what \[Rego2020\]'s numbers need; with
 /// ‖(G d_j, d_j)‖₂ the sets are wider.
 pub fn eliminate_constraints(
     x: &ConstrainedZonotope,
