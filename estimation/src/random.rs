@@ -90,7 +90,7 @@ impl Draws {
     /// A standard normal number: √(−2 ln a) cos(2π b) with a ∈ (0, 1], b ∈ [0, 1), both multiples of
     /// 2⁻⁵³, so its absolute value is at most 8.58.
     ///
-    /// Source: [BoxMuller1958].
+    /// Source: \[BoxMuller1958\].
     pub fn gaussian(&mut self, step: usize, component: usize, attempt: usize) -> f64 {
         let [first, second] = self.words(step, component, attempt);
         let a = ((first >> 11) + 1) as f64 * TWO_POW_MINUS_53;

@@ -240,13 +240,9 @@ fn concatenated<R: table::Row>(
     })
 }
 
-fn written<R: table::Row + Clone + Sync + 'static>(
-    path: String,
-    stage: &str,
-    rows: Vec<R>,
-) -> Publication<'static>
+fn written<R>(path: String, stage: &str, rows: Vec<R>) -> Publication<'static>
 where
-    R: std::fmt::Debug,
+    R: table::Row + Clone + Sync + std::fmt::Debug + 'static,
 {
     let meta = crate::stage::metadata(stage, None);
     Publication {

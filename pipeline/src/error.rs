@@ -131,7 +131,7 @@ pub enum Error {
         /// The run.
         run: usize,
         /// Why.
-        source: zonobench_estimation::EstimationError,
+        source: Box<zonobench_estimation::EstimationError>,
     },
     /// A simulation failed.
     #[error("{experiment}, simulation, run {run}: {source}")]
@@ -141,7 +141,7 @@ pub enum Error {
         /// The run.
         run: usize,
         /// Why.
-        source: zonobench_estimation::simulate::SimulationError,
+        source: Box<zonobench_estimation::simulate::SimulationError>,
     },
     /// A trace cannot be written.
     #[error("{}: {message}", path.display())]

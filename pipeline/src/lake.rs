@@ -42,6 +42,9 @@ struct Manifest {
     files: Vec<Entry>,
 }
 
+/// Writes a file of the lake; returns the number of rows if it is a table.
+type Make<'a> = dyn Fn(&Path) -> Result<Option<u64>, Error> + Send + Sync + 'a;
+
 /// A file to publish: where, made from what, and how.
 pub struct Publication<'a> {
     /// Path below the lake.
@@ -51,7 +54,7 @@ pub struct Publication<'a> {
     /// Key of what it is made from.
     pub key: String,
     /// Writes the file; returns the number of rows if it is a table.
-    pub make: Box<dyn Fn(&Path) -> Result<Option<u64>, Error> + Send + Sync + 'a>,
+    pub make: Box<Make<'a>>,
 }
 
 /// The path of a table of one experiment.

@@ -82,12 +82,15 @@ pub enum Comparison {
     Between(f64, f64),
 }
 
+/// The sign of a comparison with one number, and what makes it.
+type Sign = (&'static str, fn(f64) -> Comparison);
+
 impl Comparison {
     /// Parses `>=`, `<=`, `>`, `<`, `==` with a number, or `a..b`.
     pub fn parse(text: &str) -> Option<Self> {
         let text = text.trim();
         let number = |t: &str| t.trim().parse::<f64>().ok().filter(|x| x.is_finite());
-        let simple: [(&str, fn(f64) -> Self); 5] = [
+        let simple: [Sign; 5] = [
             (">=", Self::AtLeast),
             ("<=", Self::AtMost),
             ("==", Self::Equal),

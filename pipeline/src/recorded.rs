@@ -23,7 +23,7 @@ pub const MOST_BYTES: u64 = 1 << 30;
 /// What was recorded: for every k from 0 to the last, one value or none for each component.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
-    /// rows[k][i]; None where component i has no value at k.
+    /// `rows[k][i]`; None where component i has no value at k.
     pub rows: Vec<Vec<Option<f64>>>,
     names: Vec<String>,
 }

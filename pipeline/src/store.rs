@@ -92,6 +92,7 @@ pub enum Status {
 pub struct Store {
     root: PathBuf,
     checked: Mutex<HashMap<String, Artifact>>,
+    repair: Mutex<()>,
     counter: AtomicUsize,
     _lock: Option<File>,
 }
@@ -134,6 +135,7 @@ impl Store {
         Self {
             root: lake.join(".cache"),
             checked: Mutex::default(),
+            repair: Mutex::default(),
             counter: AtomicUsize::new(0),
             _lock: None,
         }
@@ -152,7 +154,7 @@ impl Store {
         if let Some(artifact) = self.checked.lock().expect("no holder panics").get(&key) {
             return Ok((artifact.clone(), false));
         }
-        let found = self.load(target.stage, &key, true)?;
+        let found = self.load(target.stage, &key)?;
         let made = found.is_none();
         let artifact = match found {
             Some(artifact) => artifact,
@@ -168,33 +170,43 @@ impl Store {
 
     /// The artifact if it is there; its files are not hashed.
     pub fn peek(&self, stage: &str, code: &str, input: &Value) -> Option<Artifact> {
-        self.load(stage, &key(stage, code, input), false)
-            .ok()
-            .flatten()
+        self.inspect(stage, &key(stage, code, input), false)
     }
 
     fn dir(&self, stage: &str, key: &str) -> PathBuf {
         self.root.join(stage).join(key)
     }
 
-    fn load(&self, stage: &str, key: &str, verify: bool) -> Result<Option<Artifact>, Error> {
+    /// The artifact if it is there and whole; a damaged one is removed.
+    fn load(&self, stage: &str, key: &str) -> Result<Option<Artifact>, Error> {
+        if let Some(artifact) = self.inspect(stage, key, true) {
+            return Ok(Some(artifact));
+        }
         let dir = self.dir(stage, key);
-        let Ok(text) = fs::read(dir.join(ARTIFACT)) else {
+        if !dir.exists() {
             return Ok(None);
-        };
-        let whole = serde_json::from_slice::<Artifact>(&text)
-            .ok()
-            .filter(|a| a.key == key && a.content == content(&a.files))
-            .filter(|a| a.files.iter().all(|f| is_plain_name(&f.name)))
-            .map(|a| Artifact {
-                dir: dir.clone(),
-                ..a
-            })
-            .filter(|a| a.files.iter().all(|f| is_whole(&dir, f, verify)));
-        if whole.is_none() && verify {
+        }
+        // One at a time, and looked at again: another thread may have made it anew meanwhile.
+        let _guard = self.repair.lock().expect("no holder panics");
+        let again = self.inspect(stage, key, true);
+        if again.is_none() && dir.exists() {
             fs::remove_dir_all(&dir).map_err(|e| Error::io("remove the damaged", &dir, e))?;
         }
-        Ok(whole)
+        Ok(again)
+    }
+
+    /// The artifact if it is there and whole: its files are hashed, or only their sizes are looked at.
+    fn inspect(&self, stage: &str, key: &str, hash: bool) -> Option<Artifact> {
+        let dir = self.dir(stage, key);
+        let text = fs::read(dir.join(ARTIFACT)).ok()?;
+        let artifact = serde_json::from_slice::<Artifact>(&text).ok()?;
+        let whole = artifact.key == key
+            && artifact.content == content(&artifact.files)
+            && artifact
+                .files
+                .iter()
+                .all(|f| is_plain_name(&f.name) && is_whole(&dir, f, hash));
+        whole.then_some(Artifact { dir, ..artifact })
     }
 
     fn make(
@@ -242,12 +254,17 @@ impl Store {
         write_synced(&tmp.join(ARTIFACT), &text)?;
         let parent = self.root.join(stage);
         fs::create_dir_all(&parent).map_err(|e| Error::io("create", &parent, e))?;
-        if dir.exists() {
-            fs::remove_dir_all(&dir).map_err(|e| Error::io("replace", &dir, e))?;
+        match fs::rename(tmp, &dir) {
+            Ok(()) => sync_dir(&parent).map(|()| artifact),
+            // Two experiments may need the same result at the same time: the first one to finish is kept.
+            Err(e) => match self.inspect(stage, key, false) {
+                Some(first) => {
+                    fs::remove_dir_all(tmp).map_err(|e| Error::io("clear", tmp, e))?;
+                    Ok(first)
+                }
+                None => Err(Error::io("commit", &dir, e)),
+            },
         }
-        fs::rename(tmp, &dir).map_err(|e| Error::io("commit", &dir, e))?;
-        sync_dir(&parent)?;
-        Ok(artifact)
     }
 
     fn target_file(&self, target: &Target) -> PathBuf {
@@ -470,6 +487,35 @@ mod tests {
             assert!(made, "{damage}");
             assert_eq!(fs::read(again.path("a.txt").unwrap()).unwrap(), b"hello");
         }
+    }
+
+    #[test]
+    fn the_same_result_made_twice_at_once_is_one_result() {
+        let lake = tempfile::tempdir().unwrap();
+        let store = Store::open(lake.path()).unwrap();
+        let both = std::sync::Barrier::new(2);
+        let run = || {
+            let make_together = |dir: &Path| {
+                both.wait();
+                make(dir)
+            };
+            store
+                .run(&target(), "c", &json!(1), make_together)
+                .unwrap()
+                .0
+        };
+        let (a, b) = std::thread::scope(|s| {
+            let other = s.spawn(run);
+            (run(), other.join().unwrap())
+        });
+        assert_eq!(a.content, b.content);
+        assert_eq!(fs::read(a.path("a.txt").unwrap()).unwrap(), b"hello");
+        assert!(
+            fs::read_dir(lake.path().join(".cache/tmp"))
+                .unwrap()
+                .next()
+                .is_none()
+        );
     }
 
     #[test]

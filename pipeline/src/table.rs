@@ -112,11 +112,15 @@ macro_rules! cell {
     };
 }
 
+fn as_text(name: &Name) -> &str {
+    name
+}
+
 cell!(
     Name,
     StringBuilder,
     DataType::Utf8,
-    |s: &Name| s.to_string(),
+    as_text,
     |a: &dyn Array, i| a.as_string_opt::<i32>().map(|a| Name::from(a.value(i)))
 );
 cell!(

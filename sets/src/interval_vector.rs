@@ -3,7 +3,7 @@
 use crate::{Interval, SetError};
 use std::ops::Index;
 
-/// A box [x₁] × … × [x_n].
+/// A box \[x₁\] × … × \[x_n\].
 ///
 /// What is made from given bounds is finite. The result of arithmetic may be unbounded, when a function
 /// left its domain or a bound overflowed; [`IntervalVector::finite`] turns that into an error.

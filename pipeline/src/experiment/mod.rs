@@ -1,7 +1,7 @@
 //! Experiments: what stands in an `experiment.toml`, checked down to the last shape.
 //!
-//! A file is parsed into a tree that knows its lines ([`tree`]), sweeps and cases turn it into several
-//! ([`variants`]), and each is read, key by key ([`reader`], [`parts`], [`metric`]). Everything that can
+//! A file is parsed into a tree that knows its lines (`tree`), sweeps and cases turn it into several
+//! (`variants`), and each is read, key by key (`reader`, `parts`, [`metric`]). Everything that can
 //! be known to be wrong is found here, before anything runs: the estimators are made once, so that a
 //! setting out of range or an unobservable pair is shown at its line.
 

@@ -152,19 +152,25 @@ fn matrix(papers: &[&Held]) -> String {
                 all.iter().copied().filter(|c| &*c.table == title).collect();
             let mut row = vec![
                 name.clone(),
-                format!("[{}]({page}#{})", escaped(title), anchor(title)),
+                format!("[{}]({page}#{})", unbroken(title), anchor(title)),
             ];
             row.extend(counts(&cells));
             rows.push(row);
         }
     }
     let mut header = vec!["paper".to_owned(), "table".to_owned(), "cells".to_owned()];
-    header.extend(verdicts.iter().map(|v| verdict::shown(v)));
+    // Spaces let the narrow columns break their names.
+    header.extend(verdicts.iter().map(|v| verdict::shown(v).replace('_', " ")));
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
     heading(2, "Verdicts", "Verdicts at a glance")
         + "Cells of each table by verdict, the paper as written ([what they mean](#legend)).\n\n"
         + &table(&header, &rows)
         + "\n"
+}
+
+/// A title that is not broken between its words.
+fn unbroken(title: &str) -> String {
+    escaped(title).replace(' ', "\u{a0}")
 }
 
 /// Which papers are not here.

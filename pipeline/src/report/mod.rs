@@ -2,7 +2,7 @@
 //!
 //! A front page (`README.md`: the verdicts of all tables, the findings, the legend) and a page a paper
 //! with its tables and figures. What is particular to a paper, what it says and what its figures show,
-//! is a file of [`about`]; a new paper adds a file and a line there. An experiment of a user's own has a
+//! is a file of `about`; a new paper adds a file and a line there. An experiment of a user's own has a
 //! page with its scores.
 //!
 //! The same lake gives the same bytes: no time, host or path of this machine is on a page. Measured times

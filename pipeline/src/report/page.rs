@@ -138,11 +138,13 @@ fn tables(held: &Held) -> String {
         let exact = exact_rows(&cells);
         let (parameters, others): (Vec<&Comparison>, Vec<&Comparison>) =
             cells.into_iter().partition(|c| exact.contains(&*c.row));
-        if let Some(grid) = grid(name, &others) {
-            out += &format!("As the paper lays it out, published → reproduced:\n\n{grid}\n");
+        if let Some(grid) = grid(held, name, &others) {
+            out += &format!(
+                "As the paper lays it out, published → reproduced:\n\n{grid}\nCell by cell:\n\n"
+            );
         }
         if !others.is_empty() {
-            out += &full(&others);
+            out += &full(held, &others);
             out.push('\n');
         }
         if !parameters.is_empty() {
@@ -192,7 +194,7 @@ pub fn interval(c: &Comparison) -> String {
 
 /// A table of numbers in the paper's own layout, the paper as written and every reading that there is of most
 /// of its cells; None for what is no such table.
-fn grid(name: &str, cells: &[&Comparison]) -> Option<String> {
+fn grid(held: &Held, name: &str, cells: &[&Comparison]) -> Option<String> {
     let labels = |of: fn(&Comparison) -> &str| {
         let mut labels: Vec<&str> = Vec::new();
         for label in cells.iter().map(|c| of(c)) {
@@ -238,9 +240,10 @@ fn grid(name: &str, cells: &[&Comparison]) -> Option<String> {
                     let mark = verdict::mark(&c.verdict);
                     match c.reproduced {
                         Some(ours) => {
-                            format!("{} → {} {mark}", escaped(printed), four_digits(ours))
+                            let ours = with_unit(&four_digits(ours), unit(held, c));
+                            format!("{} → {ours}\u{a0}{mark}", escaped(printed))
                         }
-                        None => format!("{} {mark}", escaped(printed)),
+                        None => format!("{}\u{a0}{mark}", escaped(printed)),
                     }
                 })
             });
@@ -257,7 +260,9 @@ fn grid(name: &str, cells: &[&Comparison]) -> Option<String> {
     ))
 }
 
-fn full(cells: &[&Comparison]) -> String {
+fn full(held: &Held, cells: &[&Comparison]) -> String {
+    // Claims have no interval.
+    let intervals = cells.iter().any(|c| !interval(c).is_empty());
     let rows: Vec<Vec<String>> = cells
         .iter()
         .map(|c| {
@@ -266,29 +271,43 @@ fn full(cells: &[&Comparison]) -> String {
             } else {
                 (String::new(), format!("↳ *{}*", escaped(&c.reading)))
             };
-            vec![
-                row,
-                column,
-                escaped(&c.published),
-                ours(c),
-                interval(c),
-                verdict::shown(&c.verdict),
-                escaped(&c.reason),
-            ]
+            let published = escaped(&c.published);
+            let mut line = vec![row, column, with_unit(&published, unit(held, c)), ours(c)];
+            line.extend(intervals.then(|| interval(c)));
+            line.extend([verdict::shown(&c.verdict), escaped(&c.reason)]);
+            line
         })
         .collect();
-    table(
-        &[
-            "row",
-            "column",
-            "published",
-            "reproduced",
-            "interval",
-            "verdict",
-            "reason",
-        ],
-        &rows,
-    )
+    let mut header = vec![
+        "row",
+        "column",
+        "published",
+        "reproduced",
+        "interval",
+        "verdict",
+        "reason",
+    ];
+    if !intervals {
+        header.retain(|name| *name != "interval");
+    }
+    table(&header, &rows)
+}
+
+/// The unit of a printed number; empty for a bare number.
+fn unit<'a>(held: &'a Held, c: &Comparison) -> &'a str {
+    let found = held
+        .published
+        .iter()
+        .find(|p| p.table == c.table && p.row == c.row && p.column == c.column);
+    found.map_or("", |p| if &*p.unit == "1" { "" } else { &p.unit })
+}
+
+fn with_unit(number: &str, unit: &str) -> String {
+    if number.is_empty() || unit.is_empty() {
+        number.to_owned()
+    } else {
+        format!("{number}\u{a0}{}", escaped(unit))
+    }
 }
 
 /// The printed times beside the recorded ones.

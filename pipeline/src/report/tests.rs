@@ -228,7 +228,7 @@ fn every_cell_stands_on_its_page_and_every_finding_on_the_front() {
             let section = place.split("\n### ").next().unwrap();
             let (row, column) = (label(&c.row), label(&c.column));
             let start = if is_as_written(c) {
-                format!("| {row} | {column} | {} |", markdown::escaped(&c.published))
+                format!("| {row} | {column} | {}", markdown::escaped(&c.published))
             } else {
                 format!("|  | ↳ *{}* |", markdown::escaped(&c.reading))
             };

@@ -87,10 +87,10 @@ pub fn rank(name: &str) -> usize {
     ALL.iter().position(|v| v.name == name).unwrap_or(ALL.len())
 }
 
-/// Mark and name.
+/// Mark and name, on one line.
 pub fn shown(name: &str) -> String {
     match ALL.get(rank(name)) {
-        Some(v) => format!("{} {}", v.mark, v.name),
+        Some(v) => format!("{}\u{a0}{}", v.mark, v.name),
         None => markdown::escaped(name),
     }
 }

@@ -240,12 +240,10 @@ impl Results<'_> {
         let ours = number.value;
         let published = p.value();
         let half = half_unit(&p.printed);
-        let interval = (p.kind == "monte_carlo").then(|| {
-            (
-                ours + number.offsets.0 - half,
-                ours + number.offsets.1 + half,
-            )
-        });
+        let interval = (p.kind == "monte_carlo").then_some((
+            ours + number.offsets.0 - half,
+            ours + number.offsets.1 + half,
+        ));
         let rel_diff = published.filter(|v| *v != 0.0).map(|v| (ours - v) / v);
         let tolerance = p.tolerance.parse::<f64>().ok();
         let close = published

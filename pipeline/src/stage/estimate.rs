@@ -94,7 +94,7 @@ fn build(job: &Job) -> Result<AnyEstimator, Error> {
         experiment: job.name.clone(),
         estimator: job.spec.id.clone(),
         run: 0,
-        source,
+        source: Box::new(source),
     })
 }
 
@@ -214,7 +214,7 @@ impl<'a> Judged<'a> {
                         experiment: self.job.name.clone(),
                         estimator: self.id.to_string(),
                         run,
-                        source: source.clone(),
+                        source: Box::new(source.clone()),
                     });
                 }
             }

@@ -38,9 +38,9 @@ type TruePoint = (f64, Option<f64>);
 /// What was recorded: for each run and step the inputs and measurements, and the truth where there is one.
 #[derive(Default)]
 pub struct Recordings {
-    /// u[run][k][component].
+    /// `u[run][k][component]`.
     pub u: Vec<Vec<Vec<f64>>>,
-    /// y[run][k][component].
+    /// `y[run][k][component]`.
     pub y: Vec<Vec<Vec<Option<f64>>>>,
     x: Vec<Vec<Vec<TruePoint>>>,
 }

@@ -198,7 +198,7 @@ fn fold(
         experiment: experiment.name(),
         estimator: s.id.clone(),
         run: 0,
-        source,
+        source: Box::new(source),
     };
     let components: Vec<Name> = experiment
         .problem

@@ -59,7 +59,7 @@ pub fn make(experiment: &Experiment, dir: &Path, done: &(dyn Fn(u64) + Sync)) ->
                 trajectory.map_err(|source| Error::Simulation {
                     experiment: experiment.name(),
                     run,
-                    source,
+                    source: Box::new(source),
                 })
             })
             .collect::<Result<_, _>>()?;

@@ -50,7 +50,8 @@ pub fn make(
     let variables = experiment.problem.system.variables();
     let n = variables.x.len();
     let mut steps: BTreeMap<usize, TraceStep> = BTreeMap::new();
-    let mut centers: BTreeMap<usize, (Vec<f64>, Vec<f64>, Vec<f64>)> = BTreeMap::new();
+    // Centers, lower and upper bounds of all components, by step.
+    let mut centers: BTreeMap<usize, [Vec<f64>; 3]> = BTreeMap::new();
     table::for_each::<Estimate>(&path("estimates.parquet")?, |row| {
         let k = row.k as usize;
         if row.run != 0 {
@@ -63,12 +64,12 @@ pub fn make(
         {
             steps.entry(k).or_default().status = row.status.to_string();
             let place = centers.entry(k).or_default();
-            place.0.push(center);
-            place.1.extend(row.lower);
-            place.2.extend(row.upper);
+            place[0].push(center);
+            place[1].extend(row.lower);
+            place[2].extend(row.upper);
         }
     })?;
-    for (k, (center, lower, upper)) in centers {
+    for (k, [center, lower, upper]) in centers {
         let step = steps.entry(k).or_default();
         let truth = recordings.state(0, k);
         if let Some(x) = &truth {

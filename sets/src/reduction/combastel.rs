@@ -1,7 +1,7 @@
 //! Combastel's reduction: keep the longest generators, box the rest.
 //!
 //! Source: C. Combastel, "A state bounding observer for uncertain non-linear continuous-time systems
-//! based on zonotopes", CDC-ECC 2005, in the form that [dePaula] and [Li, Remark 1] use.
+//! based on zonotopes", CDC-ECC 2005, in the form that \[dePaula\] and [Li, Remark 1] use.
 
 use super::{reduce_by, reduce_columns_by};
 use crate::{Matrix, SetError, Zonotope, ops};

@@ -14,7 +14,7 @@ use crate::{Matrix, SetError, Zonotope, ops};
 
 /// Encloses `z` in a zonotope of at most `generators` generators, [T', rest].
 ///
-/// T is the invertible block that Gauss–Jordan elimination picks (see [`independent_block`]); generators
+/// T is the invertible block that Gauss–Jordan elimination picks (see `independent_block`); generators
 /// are absorbed in the order above, computed with ρ scaled by the stretch so far; of equal increases the
 /// one of lower index goes first. With the order chosen, T' = fl(T diag σ), σ_i ≥ 1 + Σ_k |ρ_ik|, and
 ///

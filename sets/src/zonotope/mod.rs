@@ -165,7 +165,7 @@ impl Zonotope {
 
     /// tr(G Gᵀ) = Σ g_ij², the square of the F-radius, rounded to nearest; r does not enter.
     ///
-    /// It belongs to the list of generators, not to the set: {[1 1]} and {[2]} are the same set and give
+    /// It belongs to the list of generators, not to the set: `[1 1]` and `[2]` are the same set and give
     /// 2 and 4.
     pub fn trace_ggt(&self) -> f64 {
         (0..self.dim())

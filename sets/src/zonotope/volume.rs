@@ -9,7 +9,7 @@ pub const MOST_DETERMINANTS: u64 = 1_000_000;
 impl Zonotope {
     /// The volume of ⟨c, G⟩, 2ⁿ Σ |det G_S| over all sets S of n generators, rounded to nearest.
     ///
-    /// `None` if there are more than [`MOST_DETERMINANTS`] such sets and n > 2; n = 1 and n = 2 take
+    /// `None` if there are more than `MOST_DETERMINANTS` such sets and n > 2; n = 1 and n = 2 take
     /// O(p) and O(p log p). 0 if p < n. The rounding box r does not enter: fold first where it
     /// should. Not a bound.
     ///
