@@ -6,8 +6,9 @@
 //! one line each below.
 
 use crate::estimators::{
-    BoxStateEst, BoxStateEstSettings, BoxWindow, Ezgkf, EzgkfM, EzgkfSettings, Ezgkp,
-    EzgkpSettings, Gaussian, Kalman, KalmanSettings, MixedBelief,
+    BoxStateEst, BoxStateEstSettings, BoxWindow, ConstrainedBelief, Czfo, CzfoSettings, Czmv,
+    CzmvSettings, Ezgkf, EzgkfM, EzgkfSettings, Ezgkp, EzgkpSettings, Gaussian, Kalman,
+    KalmanSettings, MixedBelief, Zfo, Zmv, ZonotopeBelief, ZonotopeFilterSettings,
 };
 use crate::{EstimationError, Problem};
 use serde::{Deserialize, Serialize};
@@ -52,7 +53,7 @@ pub struct Size {
 pub struct Shape {
     /// "box", "zonotope", "gaussian", "zonotopic-gaussian", …
     pub kind: &'static str,
-    /// c.
+    /// c. Of a constrained zonotope it is the center of the generators, which may lie outside the set.
     pub center: Vec<f64>,
     /// G, n × p.
     pub generators: Option<Matrix>,
@@ -297,7 +298,13 @@ macro_rules! estimators {
     };
 }
 
-beliefs!(Gaussian, BoxWindow, MixedBelief);
+beliefs!(
+    Gaussian,
+    BoxWindow,
+    MixedBelief,
+    ZonotopeBelief,
+    ConstrainedBelief
+);
 
 const MIXED_KEYS: [&str; 6] = ["phi", "eta", "alpha", "gain", "overbars", "merge_parallel"];
 
@@ -308,6 +315,11 @@ estimators! {
     EzgkfM, EzgkfSettings, MixedBelief, "ezgkf-m", MIXED_KEYS;
     Ezgkp, EzgkpSettings, MixedBelief, "ezgkp",
         ["phi", "eta", "alpha", "gain", "overbars", "merge_parallel", "form"];
+    Zmv, ZonotopeFilterSettings, ZonotopeBelief, "zmv", ["generators"];
+    Zfo, ZonotopeFilterSettings, ZonotopeBelief, "zfo", ["generators"];
+    Czmv, CzmvSettings, ConstrainedBelief, "czmv", ["generators", "constraints", "h"];
+    Czfo, CzfoSettings, ConstrainedBelief, "czfo",
+        ["generators", "constraints", "h", "expansion", "remainder"];
 }
 
 /// Whether a state in the box `x` lies in the box `hull`.

@@ -9,6 +9,7 @@ pub mod estimator;
 pub mod estimators;
 pub mod outline;
 pub mod problem;
+pub mod propagation;
 pub mod random;
 pub mod signal;
 pub mod simulate;

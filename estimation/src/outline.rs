@@ -1,9 +1,9 @@
 //! Outlines of beliefs in a plane, for pictures.
 
 use crate::estimator::Shape;
-use zonobench_sets::Matrix;
 use zonobench_sets::ellipsoid::Ellipsoid;
 use zonobench_sets::zonotope::Zonotope;
+use zonobench_sets::{ConstrainedZonotope, Matrix};
 
 /// Directions in which a zonotope with many generators is drawn.
 const DIRECTIONS: usize = 128;
@@ -28,6 +28,14 @@ pub fn outline(shape: &Shape, axes: (usize, usize)) -> Vec<[f64; 2]> {
             [x.hi(), y.hi()],
             [x.lo(), y.hi()],
         ];
+    }
+    if let (Some(g), Some((a, b))) = (&shape.generators, &shape.constraints) {
+        let plane = Matrix::from_rows(&[g.row(i), g.row(j)]);
+        return plane
+            .and_then(|g| {
+                ConstrainedZonotope::new(center.to_vec(), g, a.clone(), b.clone())?.vertices()
+            })
+            .unwrap_or_default();
     }
     if let Some(g) = shape.generators.as_ref().filter(|g| g.cols() > 0) {
         return zonotope(center, g.row(i), g.row(j));

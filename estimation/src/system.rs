@@ -4,7 +4,7 @@
 //! a closed family, [`AnySystem`]: one file each under `systems/`, one line each below.
 
 use crate::EstimationError;
-use crate::systems::{Linear, Lpv, VanDerPol};
+use crate::systems::{Linear, Lpv, Raimondo, VanDerPol};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::number::Real;
 use zonobench_sets::{IntervalVector, Matrix};
@@ -125,7 +125,7 @@ macro_rules! systems {
     };
 }
 
-systems!(Linear, Lpv, VanDerPol);
+systems!(Linear, Lpv, VanDerPol, Raimondo);
 
 impl AnySystem {
     /// The value of `kind` in a file.
@@ -134,6 +134,7 @@ impl AnySystem {
             Self::Linear(_) => "linear",
             Self::Lpv(_) => "lpv",
             Self::VanDerPol(_) => "van-der-pol",
+            Self::Raimondo(_) => "raimondo",
         }
     }
 
@@ -167,6 +168,7 @@ impl AnySystem {
             Self::Linear(s) => Some(s),
             Self::Lpv(s) => Some(s),
             Self::VanDerPol(s) => Some(s),
+            Self::Raimondo(_) => None,
         }
     }
 }

@@ -19,7 +19,14 @@ use zonobench_sets::{IntervalVector, Matrix};
 
 /// The guaranteed estimators, one a line.
 fn guaranteed() -> Vec<EstimatorSettings> {
-    vec![box_state_est(Products::Stacked)]
+    let parse = |json: &str| serde_json::from_str(json).unwrap();
+    vec![
+        box_state_est(Products::Stacked),
+        parse(r#"{"kind": "zmv", "generators": 10}"#),
+        parse(r#"{"kind": "zfo", "generators": 10}"#),
+        parse(r#"{"kind": "czmv", "generators": 10, "constraints": 3}"#),
+        parse(r#"{"kind": "czfo", "generators": 10, "constraints": 3, "expansion": "lean"}"#),
+    ]
 }
 
 fn box_state_est(products: Products) -> EstimatorSettings {

@@ -53,7 +53,16 @@ fn maps_sums_products_and_folds_lose_no_point() {
         let folded = k.set.clone().fold();
         let mut xi = k.xi.clone();
         xi.extend(k.set.r().iter().filter(|r| **r != 0.0).map(|_| q(1.0)));
-        assert!(holds(&folded, &xi, &k.x) && folded.r().iter().all(|r| *r == 0.0));
+        for (row, (&b, &delta)) in product(k.set.a(), &k.xi)
+            .iter()
+            .zip(k.set.b().iter().zip(k.set.delta()))
+        {
+            if delta != 0.0 {
+                xi.push((q(b) - row) / q(delta));
+            }
+        }
+        assert!(holds(&folded, &xi, &k.x));
+        assert!(folded.r().iter().chain(folded.delta()).all(|r| *r == 0.0));
     }
 }
 

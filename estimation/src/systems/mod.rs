@@ -2,8 +2,10 @@
 
 mod linear;
 mod lpv;
+mod raimondo;
 mod van_der_pol;
 
 pub use linear::Linear;
 pub use lpv::Lpv;
+pub use raimondo::{QuotientForm, Raimondo};
 pub use van_der_pol::VanDerPol;

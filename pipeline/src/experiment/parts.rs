@@ -7,7 +7,7 @@ use std::path::Path;
 use zonobench_estimation::signal::{SIGNAL_KEYS, Signal};
 use zonobench_estimation::simulate::{DeltaLaw, Drawn, InitialState, Law, Noise, SimulationError};
 use zonobench_estimation::system::{System, Variable};
-use zonobench_estimation::systems::{Linear, Lpv, VanDerPol};
+use zonobench_estimation::systems::{Linear, Lpv, QuotientForm, Raimondo, VanDerPol};
 use zonobench_estimation::{AnySystem, EstimationError, Inputs, Problem, Truth, Uncertain};
 
 /// The keys of every kind of system, beside `kind`.
@@ -15,6 +15,7 @@ const SYSTEM_KEYS: &[(&str, &[&str])] = &[
     ("linear", &["a", "b", "c", "d"]),
     ("lpv", &["a0", "a", "b", "c"]),
     ("van-der-pol", &["ts"]),
+    ("raimondo", &["form"]),
 ];
 
 const SET_KEYS: &[&str] = &["box", "center", "generators", "constraints"];
@@ -63,6 +64,16 @@ pub fn system(field: &Field) -> Result<AnySystem, BadInput> {
                 .collect::<Result<_, _>>()?;
             let c = table.need("c", rows)?.matrix(None, Some(n))?;
             Lpv::new(a0, a, matrix("b", Some(n), None)?, c).map(AnySystem::Lpv)
+        }
+        "raimondo" => {
+            let form = match table.get("form") {
+                Some(form) => match form.one_of(&["tight", "printed"])? {
+                    "tight" => QuotientForm::Tight,
+                    _ => QuotientForm::Printed,
+                },
+                None => QuotientForm::default(),
+            };
+            Ok(AnySystem::Raimondo(Raimondo { form }))
         }
         _ => VanDerPol::new(table.need("ts", "the sampling period in s")?.number()?)
             .map(AnySystem::VanDerPol),

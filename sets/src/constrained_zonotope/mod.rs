@@ -164,18 +164,80 @@ impl ConstrainedZonotope {
         &self.z
     }
 
-    /// The same set with the rounding box made generators that no constraint touches, exact.
+    /// The same set with the rounding box and the slack made generators, exact:
+    /// ⟨c, [G, diag(r), 0], [A, 0, diag(δ)], b, 0, 0⟩.
     ///
-    /// To be called once a step, before the order is reduced.
+    /// Zero entries give no column. To be called once a step, before the order is reduced. Both would grow
+    /// without need if they were carried on as boxes: r under maps that turn, δ under row operations, where
+    /// |λ| δ adds up although the rows' errors cancel.
     pub fn fold(self) -> Self {
+        let (n, p, q) = (self.dim(), self.generators(), self.constraints());
         let z = self.z.fold();
-        let a = widened(self.a, z.generators());
+        let slack: Vec<usize> = (0..q).filter(|&i| self.delta[i] != 0.0).collect();
+        if slack.is_empty() {
+            let a = widened(self.a, z.generators());
+            return Self {
+                z,
+                a,
+                b: self.b,
+                delta: self.delta,
+            };
+        }
+        let first = z.generators();
+        let cols = first + slack.len();
+        let g = Matrix::from_fn(n, cols, |i, j| if j < first { z.g()[(i, j)] } else { 0.0 });
+        let a = Matrix::from_fn(q, cols, |i, j| {
+            if j < p {
+                self.a[(i, j)]
+            } else if j >= first && slack[j - first] == i {
+                self.delta[i]
+            } else {
+                0.0
+            }
+        });
+        let z = Zonotope::checked("fold", z.c().to_vec(), g, vec![0.0; n]);
+        let z = z.expect("the entries are those of the set, which are finite");
         Self {
             z,
             a,
             b: self.b,
-            delta: self.delta,
+            delta: vec![0.0; q],
         }
+    }
+
+    /// The same set with its rounding box made wider by `more`: { x + s : |s| ≤ more }.
+    ///
+    /// Fails with `Dimension`, or `NotFinite` on overflow; `more` is taken by its absolute values.
+    pub fn widened_by(self, more: &[f64]) -> Result<Self, SetError> {
+        same("widening of a constrained zonotope", self.dim(), more.len())?;
+        let sum = |(&r, m): (&f64, &f64)| match (r == 0.0, *m == 0.0) {
+            (_, true) => r,
+            (true, false) => m.abs(),
+            _ => up(r + m.abs(), 1),
+        };
+        let r = self.r().iter().zip(more).map(sum).collect();
+        let z = Zonotope::with_rounding(self.c().to_vec(), self.g().clone(), r)?;
+        Ok(Self { z, ..self })
+    }
+
+    /// The Minkowski sum with the box |x| ≤ `sides`: n generators more, no row of A touched; exact.
+    ///
+    /// Fails with `Dimension` or `NotFinite`.
+    pub fn plus_box(self, sides: &[f64]) -> Result<Self, SetError> {
+        same(
+            "sum of a constrained zonotope and a box",
+            self.dim(),
+            sides.len(),
+        )?;
+        let g = Matrix::hcat(&[self.g(), &Matrix::diagonal(sides)]);
+        let z = Zonotope::with_rounding(self.c().to_vec(), g, self.r().to_vec())?;
+        let a = widened(self.a, z.generators());
+        Ok(Self {
+            z,
+            a,
+            b: self.b,
+            delta: self.delta,
+        })
     }
 
     /// Loads the constraints into `lp`.
@@ -302,6 +364,15 @@ impl ConstrainedZonotope {
     ///
     /// Fails with `Dimension`, or `NotFinite` if `x` is unbounded.
     pub fn contains(&self, x: &[Interval]) -> Result<Containment, SetError> {
+        self.contains_with(x, &mut LinearProgram::new())
+    }
+
+    /// As [`ConstrainedZonotope::contains`], with the buffers of `lp`.
+    pub fn contains_with(
+        &self,
+        x: &[Interval],
+        lp: &mut LinearProgram,
+    ) -> Result<Containment, SetError> {
         const OP: &str = "containment in a constrained zonotope";
         let n = self.dim();
         same(OP, n, x.len())?;
@@ -326,7 +397,6 @@ impl ConstrainedZonotope {
         }
         right.extend_from_slice(&self.b);
         slack.extend_from_slice(&self.delta);
-        let mut lp = LinearProgram::new();
         lp.load(&Matrix::vcat(&[self.g(), &self.a]), &right, &slack)?;
         Ok(match lp.emptiness_with_reserve(&reserve) {
             Emptiness::Empty => Containment::Outside,

@@ -22,6 +22,9 @@ const FREE: f64 = 1e-3;
 /// A row that has shrunk to this part of its first size is dependent on the others.
 const DEPENDENT: f64 = 1e-12;
 
+/// A coefficient this small beside the largest of its row does not count.
+const NEGLIGIBLE: f64 = 1e-9;
+
 /// A coordinate's range is left alone where it would shrink by less than this.
 const SHRINK: f64 = 1e-13;
 
@@ -94,6 +97,32 @@ pub fn rescale(x: &ConstrainedZonotope) -> Result<ConstrainedZonotope, SetError>
     lifted.rescale()?;
     lifted.drop_zero_columns();
     lifted.into_set()
+}
+
+/// The set `x` written around another center: ⟨c + G m, G diag ρ⟩ ∩ x with [m_j ± ρ_j] ∋ ξ_j.
+///
+/// The first set contains `x` for any m, because ρ reaches both ends of the [`coordinate_bounds`] from it,
+/// rounded up; its rows and those of the intersection are [`rescale`]'s and
+/// [`ConstrainedZonotope::intersect`]'s. 2p generators and 2q + n constraints. Equal to `x` up to r and δ.
+///
+/// Fails with `Dimension` if m has not p entries, with `Empty` if `x` is proved empty.
+///
+/// Source: [Rego2020, Prop. 2], whose linear program chooses m so that c + G m is a given point.
+pub fn recentred(x: &ConstrainedZonotope, m: &[f64]) -> Result<ConstrainedZonotope, SetError> {
+    if m.len() != x.generators() {
+        return Err(SetError::Dimension {
+            op: "recentring",
+            expected: x.generators(),
+            got: m.len(),
+        });
+    }
+    let mut lifted = Lifted::new(x);
+    let (e, _) = lifted.ranges()?;
+    let changed: Vec<(usize, f64, f64)> = (e.iter().zip(m).enumerate())
+        .map(|(j, (&[lo, hi], &m))| (j, m, (hi - m).max(m - lo).max(0.0).next_up()))
+        .collect();
+    lifted.substitute(&changed);
+    lifted.into_set()?.intersect(x)
 }
 
 /// Intervals that contain each ξ_j over { |ξ| ≤ 1, |A ξ − b| ≤ δ }, from two sweeps over the rows.
@@ -389,8 +418,14 @@ impl Lifted {
                 f64::INFINITY
             };
         }
+        self.substitute(&changed);
+        Ok(errors)
+    }
+
+    /// ξ_j = m_j + ρ_j ζ_j for the (j, m_j, ρ_j) given.
+    fn substitute(&mut self, changed: &[(usize, f64, f64)]) {
         if changed.is_empty() {
-            return Ok(errors);
+            return;
         }
         let m = changed.len();
         for ((row, offset), slack) in self
@@ -400,7 +435,7 @@ impl Lifted {
             .zip(&mut self.slack)
         {
             let (mut moved, mut size, mut scaled) = (0.0, offset.abs(), 0.0);
-            for &(j, middle, half) in &changed {
+            for &(j, middle, half) in changed {
                 let along = row[j] * middle;
                 moved += along;
                 size += along.abs();
@@ -411,7 +446,6 @@ impl Lifted {
             *slack = up(*slack + gamma(m + 1) * size + U * scaled, m + 5);
         }
         ops::count(2 * m * self.rows.len(), 3 * m * self.rows.len());
-        Ok(errors)
     }
 
     fn drop_zero_columns(&mut self) {
@@ -447,9 +481,18 @@ impl Lifted {
                 _ => Some((j, s)),
             })
         };
-        let candidates = |j: &usize| {
-            errors[*j].is_finite() && self.rows[self.n..].iter().any(|row| row[*j] != 0.0)
+        // A column that is mere rounding in every row (a folded slack) would take its row along.
+        let floor: Vec<f64> = self.rows[self.n..]
+            .iter()
+            .map(|row| NEGLIGIBLE * largest(row).1)
+            .collect();
+        let counts = |j: usize| {
+            self.rows[self.n..]
+                .iter()
+                .zip(&floor)
+                .any(|(row, floor)| row[j].abs() > *floor)
         };
+        let candidates = |j: &usize| errors[*j].is_finite() && counts(*j);
         let candidates: Vec<usize> = (0..self.cols).filter(candidates).collect();
         let (j, least) = first_least(&mut candidates.iter().map(|&j| (j, errors[j])))?;
         if least < FREE || candidates.len() == 1 {
@@ -601,5 +644,56 @@ fn solve_lower_transposed(l: &Matrix, b: &mut [Vec<f64>]) {
         }
         let inverse = 1.0 / l[(i, i)];
         row.iter_mut().for_each(|x| *x *= inverse);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// K = I + GᵀG, the saddle-point system [K Aᵀ e; A 0 0; eᵀ 0 0] solved outright.
+    fn direct(x: &ConstrainedZonotope, j: usize) -> f64 {
+        let (p, q) = (x.generators(), x.constraints());
+        let gram = x.g().transpose().mul(x.g());
+        let size = p + q + 1;
+        let system = Matrix::from_fn(size, size, |r, c| {
+            let (low, high) = (r.min(c), r.max(c));
+            if high < p {
+                gram[(r, c)] + f64::from(u8::from(r == c))
+            } else if high < p + q {
+                if low < p { x.a()[(high - p, low)] } else { 0.0 }
+            } else {
+                f64::from(u8::from(low == j))
+            }
+        });
+        let mut right = vec![0.0; size];
+        right[size - 1] = 1.0;
+        let solution = system.inverse().unwrap().mul_vec(&right);
+        let moved = x.g().mul_vec(&solution[..p]);
+        dot(&moved, &moved).sqrt()
+    }
+
+    #[test]
+    fn the_score_is_that_of_the_constrained_minimum() {
+        let mut state = 1_u64;
+        let mut next = || {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        };
+        for (n, q, p) in [(2, 1, 3), (2, 5, 20), (3, 4, 9)] {
+            let g = Matrix::from_fn(n, p, |_, _| next());
+            let a = Matrix::from_fn(q, p, |_, _| next());
+            let x = ConstrainedZonotope::new(vec![0.0; n], g, a, vec![0.0; q]).unwrap();
+            let moves = Lifted::new(&x).moves().unwrap();
+            for (j, found) in moves.iter().enumerate() {
+                let expected = direct(&x, j);
+                assert!(
+                    (found - expected).abs() < 1e-9 * (1.0 + expected),
+                    "{found} {expected}"
+                );
+            }
+        }
     }
 }

@@ -1,0 +1,171 @@
+//! The point h that an expansion is made about.
+
+use serde::{Deserialize, Serialize};
+use zonobench_sets::lp::LinearProgram;
+use zonobench_sets::{
+    ConstrainedZonotope, Containment, Interval, IntervalVector, Matrix, SetError,
+};
+
+/// How h is chosen, X̄ being X with all constraints eliminated and c̄ its center.
+///
+/// No choice needs to succeed for an enclosure to hold: derivatives are taken over the hull of X and h.
+///
+/// Source: [Rego2020, Sec. 4.3] for C1 to C4.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Choice {
+    /// The center of the interval hull, or the point of X closest to it.
+    C1,
+    /// The point of X that minimises Σ_j Θ_j |c̄_j − h_j|, Θ_j = Σ_i diam J_ij: Eq. (21).
+    C2,
+    /// The point of X closest to c.
+    C3,
+    /// c if it lies in X; else, in the first-order expansion, X is rewritten around the point of C1
+    /// (Prop. 2), and that point is h.
+    C4,
+    /// X is rewritten as X̄ ∩ X, and h is c̄ or the point of X closest to it. Not in the paper.
+    Xb,
+    /// c if it lies in X, else `xb`. Not in the paper.
+    C4xb,
+}
+
+impl Choice {
+    /// h for `x` with interval hull `hull`. `free` is X̄, `weights` the Θ of C2.
+    pub(super) fn point(
+        self,
+        x: &ConstrainedZonotope,
+        hull: &IntervalVector,
+        free: &ConstrainedZonotope,
+        weights: impl FnOnce() -> Result<Vec<f64>, SetError>,
+        lp: &mut LinearProgram,
+    ) -> Result<Vec<f64>, SetError> {
+        match self {
+            Self::C1 => nearest(x, &hull.mid(), lp),
+            Self::C2 => closest_point(x, free.c(), Some(&weights()?), lp),
+            Self::C3 => closest_point(x, x.c(), None, lp),
+            Self::C4 if has(x, x.c(), lp)? => Ok(x.c().to_vec()),
+            Self::C4 => nearest(x, &hull.mid(), lp),
+            Self::C4xb if has(x, x.c(), lp)? => Ok(x.c().to_vec()),
+            Self::Xb | Self::C4xb => nearest(x, free.c(), lp),
+        }
+    }
+}
+
+/// Whether the point lies in the set, up to 10⁻¹² of the set's extent: a choice, not a verdict.
+pub(super) fn has(
+    x: &ConstrainedZonotope,
+    point: &[f64],
+    lp: &mut LinearProgram,
+) -> Result<bool, SetError> {
+    if x.constraints() == 0 && x.c() == point {
+        return Ok(true);
+    }
+    let radius = x.zonotope().radius();
+    let near = point
+        .iter()
+        .zip(radius)
+        .map(|(&p, r)| Interval::from_center_radius(p, 1e-12 * (p.abs() + r)));
+    let near: Vec<Interval> = near.collect();
+    Ok(x.contains_with(&near, lp)? != Containment::Outside)
+}
+
+/// The point itself if the set has it, else the closest one.
+pub(super) fn nearest(
+    x: &ConstrainedZonotope,
+    point: &[f64],
+    lp: &mut LinearProgram,
+) -> Result<Vec<f64>, SetError> {
+    if has(x, point, lp)? {
+        Ok(point.to_vec())
+    } else {
+        closest_point(x, point, None, lp)
+    }
+}
+
+/// A point of `x` that minimises Σ_j Θ_j |p_j − h_j|, Θ = 1 unless given, up to rounding.
+///
+/// With |p_j − c_j − G_j ξ| = R_j (η⁺_j + η⁻_j)/2 + const it is one program over the box: maximise
+/// −Σ Θ_j R_j (η⁺_j + η⁻_j)/2 over G_j ξ + R_j (η⁺_j − η⁻_j)/2 = p_j − c_j, A ξ = b, where R_j reaches from p
+/// to everywhere in ⟨c, G⟩. Not a certified minimiser: nothing may depend on it.
+///
+/// Fails with `Dimension`, `NotFinite`, or `Empty` if `x` is proved empty.
+///
+/// Source: [Rego2020, Prop. 1 and Eq. (21)].
+pub fn closest_point(
+    x: &ConstrainedZonotope,
+    p: &[f64],
+    weights: Option<&[f64]>,
+    lp: &mut LinearProgram,
+) -> Result<Vec<f64>, SetError> {
+    let (n, q, g) = (x.dim(), x.constraints(), x.generators());
+    if p.len() != n {
+        return Err(SetError::Dimension {
+            op: "closest point",
+            expected: n,
+            got: p.len(),
+        });
+    }
+    let radius = x.zonotope().radius();
+    let reach: Vec<f64> = (0..n)
+        .map(|j| (p[j] - x.c()[j]).abs() + radius[j])
+        .collect();
+    let rows = Matrix::from_fn(n + q, g + 2 * n, |i, j| match (i < n, j < g) {
+        (true, true) => x.g()[(i, j)],
+        (true, false) if (j - g) / 2 == i => {
+            0.5 * reach[i] * if (j - g) % 2 == 0 { 1.0 } else { -1.0 }
+        }
+        (false, true) => x.a()[(i - n, j)],
+        _ => 0.0,
+    });
+    let right: Vec<f64> = (0..n)
+        .map(|j| p[j] - x.c()[j])
+        .chain(x.b().iter().copied())
+        .collect();
+    let slack = [x.r(), x.delta()].concat();
+    let weight = |j: usize| weights.map_or(1.0, |w| w[j]) * reach[j];
+    let largest = (0..n).map(weight).fold(f64::MIN_POSITIVE, f64::max);
+    let mut cost = vec![0.0; g + 2 * n];
+    for j in 0..n {
+        cost[g + 2 * j] = -weight(j) / largest;
+        cost[g + 2 * j + 1] = -weight(j) / largest;
+    }
+    lp.load(&rows, &right, &slack)?;
+    lp.maximize(&cost)?;
+    let offset = x.g().mul_vec(&lp.point()[..g]);
+    Ok(x.c().iter().zip(offset).map(|(c, o)| c + o).collect())
+}
+
+/// m with c + G m = h (up to rounding) that keeps the half-widths of [m_j ± ρ_j] ⊇ E_j small: the least
+/// Σ_j |m_j − mid E_j|.
+///
+/// With m = mid E + R (η⁺ − η⁻)/2: maximise −Σ (η⁺_j + η⁻_j) over G R (η⁺ − η⁻)/2 = h − c − G mid E, R the
+/// 1-norm of the solution of least 2-norm.
+///
+/// Source: [Rego2020, Prop. 2]: its program minimises ½ Σ (ξᵁ − ξᴸ) over boxes [ξᴸ, ξᵁ] ⊇ E of middle m.
+pub(super) fn coordinates_of(
+    x: &ConstrainedZonotope,
+    h: &[f64],
+    ranges: &[Interval],
+    lp: &mut LinearProgram,
+) -> Result<Vec<f64>, SetError> {
+    let (n, p) = (x.dim(), x.generators());
+    let mut m: Vec<f64> = ranges.iter().map(|e| e.mid()).collect();
+    let moved = x.g().mul_vec(&m);
+    let right: Vec<f64> = (0..n).map(|i| h[i] - x.c()[i] - moved[i]).collect();
+    let shortest = x.g().pseudo_inverse()?.mul_vec(&right);
+    let reach = 1.01 * shortest.iter().map(|x| x.abs()).sum::<f64>();
+    if reach == 0.0 {
+        return Ok(m);
+    }
+    let rows = Matrix::from_fn(n, 2 * p, |i, j| {
+        let sign = if j % 2 == 0 { 0.5 } else { -0.5 };
+        sign * reach * x.g()[(i, j / 2)]
+    });
+    lp.load(&rows, &right, &vec![0.0; n])?;
+    lp.maximize(&vec![-1.0; 2 * p])?;
+    let eta = lp.point();
+    for (j, m) in m.iter_mut().enumerate() {
+        *m += 0.5 * reach * (eta[2 * j] - eta[2 * j + 1]);
+    }
+    Ok(m)
+}

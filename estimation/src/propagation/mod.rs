@@ -1,0 +1,104 @@
+//! Sets through nonlinear dynamics: enclosures of { f(x, w) : x ∈ X, w ∈ W }.
+//!
+//! Shared by the estimators and usable alone: [`mean_value`] linearises f with an interval Jacobian,
+//! [`first_order`] expands it to second order with an interval Hessian. Both hold for any point h that the
+//! expansion is made about; [`Choice`] says how it is chosen. Derivatives come from the model by
+//! automatic differentiation over intervals, so how the model is written matters for their width.
+//!
+//! Source: [Rego2020, Sec. 4].
+
+mod choice;
+mod mean_value;
+mod taylor;
+
+pub use choice::{Choice, closest_point};
+pub use mean_value::{mean_value, zonotope_mean_value};
+pub use taylor::{Expansion, Remainder, first_order, first_order_about, zonotope_first_order};
+
+use crate::System;
+use zonobench_sets::number::{Function, Real};
+use zonobench_sets::rounding::up;
+use zonobench_sets::{Interval, IntervalVector, Matrix, Zonotope};
+
+/// (x, w) ↦ f(k, x, u, w) of a system at one step, as a function of n + n_w numbers.
+#[derive(Debug)]
+pub struct Dynamics<'a, Y> {
+    system: &'a Y,
+    k: usize,
+    u: &'a [f64],
+    n: usize,
+    n_w: usize,
+}
+
+impl<'a, Y: System> Dynamics<'a, Y> {
+    /// The dynamics that lead from step `k` to `k` + 1 under the input `u`.
+    pub fn new(system: &'a Y, k: usize, u: &'a [f64]) -> Self {
+        let variables = system.variables();
+        Self {
+            system,
+            k,
+            u,
+            n: variables.x.len(),
+            n_w: variables.w.len(),
+        }
+    }
+}
+
+impl<Y: System> Function for Dynamics<'_, Y> {
+    fn inputs(&self) -> usize {
+        self.n + self.n_w
+    }
+    fn outputs(&self) -> usize {
+        self.n
+    }
+    fn evaluate<S: Real>(&self, z: &[S], next: &mut [S]) {
+        self.system
+            .f(self.k, &z[..self.n], self.u, &z[self.n..], next);
+    }
+}
+
+/// The box and the point: their smallest common box.
+fn around(sides: &IntervalVector, point: &[f64]) -> IntervalVector {
+    sides
+        .iter()
+        .zip(point)
+        .map(|(side, &x)| side.hull(&Interval::point(x)))
+        .collect()
+}
+
+/// Upper bounds on |x − h| over the zonotope: ⌈|c − h| + |G| 1 + r⌉.
+fn distances(z: &Zonotope, h: &[f64]) -> Vec<f64> {
+    let radius = z.radius();
+    (0..z.dim())
+        .map(|i| up((z.c()[i] - h[i]).abs() + radius[i], 2))
+        .collect()
+}
+
+/// ⌈R e⌉ for R, e ≥ 0; exactly 0 where the row of R is.
+fn product_up(r: &Matrix, e: &[f64]) -> Vec<f64> {
+    let row = |i: usize| {
+        let row = r.row(i);
+        match row.iter().all(|&x| x == 0.0) {
+            true => 0.0,
+            false => up(
+                row.iter().zip(e).fold(0.0, |s, (r, e)| s + r * e),
+                row.len() + 1,
+            ),
+        }
+    };
+    (0..r.rows()).map(row).collect()
+}
+
+/// a + b of nonnegative numbers, rounded up where it rounds.
+fn sum_up(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter()
+        .zip(b)
+        .map(|(&a, &b)| {
+            if a == 0.0 || b == 0.0 {
+                a + b
+            } else {
+                up(a + b, 1)
+            }
+        })
+        .collect()
+}
