@@ -14,6 +14,7 @@ pub mod number;
 pub mod ops;
 pub mod reduction;
 pub mod rounding;
+pub mod se2;
 pub mod zonotope;
 pub mod zonotopic_gaussian;
 
@@ -25,5 +26,6 @@ pub use interval_vector::IntervalVector;
 pub use matrix::Matrix;
 pub use number::{Dual, Interval, Real};
 pub use reduction::Reduction;
+pub use se2::Se2;
 pub use zonotope::Zonotope;
 pub use zonotopic_gaussian::ZonotopicGaussian;
