@@ -3,6 +3,7 @@
 //! This crate knows no files, and no estimator here can see the truth: the simulator makes it, and
 //! only the pipeline's judge holds it beside an estimator's beliefs.
 
+mod admissible;
 pub mod error;
 pub mod estimator;
 pub mod estimators;

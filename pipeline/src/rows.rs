@@ -51,7 +51,7 @@ table! {
     EstimatorInfo => "estimators" sorted by 0 {
         estimator: Name, "1", "name in the experiment file";
         kind: Name, "1", "kind of estimator";
-        guaranteed: bool, "1", "true if its sets are proved to contain the truth under the stated assumptions";
+        guaranteed: bool, "1", "true if its sets are proved to contain the truth: a guaranteed kind, and data that keep to what it assumes";
         reads: Name, "1", "which measurements the reported estimate of step k has used";
         reported_phase: Name, "1", "the phase that the paper reports: predicted or updated";
         settings: Name, "1", "settings as JSON";

@@ -78,6 +78,7 @@ fn one(tracking: &Tracking, measurements: &Path, inputs: Option<&Path>, out: &Pa
             steps,
             output: &output,
             seed: None,
+            admissible: true,
         };
         let folder = draft.path().join(i.to_string());
         fs::create_dir_all(&folder).map_err(|e| Error::io("create", &folder, e))?;

@@ -153,8 +153,8 @@ impl Results<'_> {
         let pairs: Vec<(f64, f64)> = a.iter().copied().zip(b.iter().copied()).collect();
         let statistic: Box<dyn Fn(f64, f64) -> f64> = match derived {
             "ratio" => Box::new(|x, y| x / y),
-            "percent" => Box::new(|x, y| 100.0 * x / y),
-            "drop" => Box::new(|x, y| 100.0 - 100.0 * x / y),
+            "percent" => Box::new(|x, y| 100.0 * (x / y)),
+            "drop" => Box::new(|x, y| 100.0 - 100.0 * (x / y)),
             "wins" => {
                 let wins: Vec<f64> = pairs.iter().map(|(x, y)| f64::from(u8::from(x < y))).collect();
                 let (value, sd) = mean_sd(&wins)?;

@@ -51,6 +51,8 @@ pub struct Job<'a> {
     pub output: &'a Output,
     /// The seed of the simulated data.
     pub seed: Option<u64>,
+    /// Whether the data keep to what the estimator assumes; true where nothing is known of them.
+    pub admissible: bool,
 }
 
 impl Job<'_> {
@@ -62,6 +64,9 @@ impl Job<'_> {
             steps: experiment.steps,
             output: &experiment.output,
             seed: Some(experiment.seed),
+            admissible: experiment
+                .truth
+                .is_admissible(&experiment.estimators[index].problem, experiment.steps),
         }
     }
 }
@@ -77,7 +82,7 @@ pub fn describe(job: &Job) -> Result<EstimatorInfo, Error> {
     Ok(EstimatorInfo {
         estimator: spec.id.as_str().into(),
         kind: estimator.kind().into(),
-        guaranteed: estimator.guaranteed(),
+        guaranteed: estimator.guaranteed() && job.admissible,
         reads: estimator.reads().into(),
         reported_phase: phase_name(estimator.reported_phase()).into(),
         settings: canonical(&settings).into(),
