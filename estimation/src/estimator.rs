@@ -7,7 +7,8 @@
 
 use crate::estimators::{
     BoxStateEst, BoxStateEstSettings, BoxWindow, Ezgkf, EzgkfM, EzgkfSettings, Ezgkp,
-    EzgkpSettings, Gaussian, Kalman, KalmanSettings, MixedBelief,
+    EzgkpSettings, Gaussian, Inzsmf, Kalman, KalmanSettings, MixedBelief, PoseZonotope,
+    VehicleFilterSettings, Zsmf,
 };
 use crate::{EstimationError, Problem};
 use serde::{Deserialize, Serialize};
@@ -47,6 +48,10 @@ pub struct Size {
     pub pivots: usize,
 }
 
+/// A number that one kind of belief has and others have not: its name, unique within the kind, and its
+/// value.
+pub type Extra = (&'static str, f64);
+
 /// The pieces a set is drawn from.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shape {
@@ -82,6 +87,11 @@ pub trait Belief: Clone + Send {
     fn size(&self) -> Size;
     /// What it is drawn from.
     fn shape(&self) -> Shape;
+    /// What metrics may ask of this kind of belief beyond hull, size and covariance; none unless its
+    /// documentation names some. The same names, in the same order, at every step.
+    fn extras(&self) -> Vec<Extra> {
+        Vec::new()
+    }
 }
 
 /// A recursive estimator.
@@ -169,6 +179,9 @@ macro_rules! beliefs {
             }
             fn shape(&self) -> Shape {
                 match self { $(Self::$belief(b) => b.shape()),+ }
+            }
+            fn extras(&self) -> Vec<Extra> {
+                match self { $(Self::$belief(b) => b.extras()),+ }
             }
         }
     };
@@ -297,7 +310,17 @@ macro_rules! estimators {
     };
 }
 
-beliefs!(Gaussian, BoxWindow, MixedBelief);
+beliefs!(Gaussian, BoxWindow, MixedBelief, PoseZonotope);
+
+const VEHICLE_KEYS: [&str; 7] = [
+    "generators",
+    "gain",
+    "reduction",
+    "transition",
+    "transient",
+    "remainder",
+    "side",
+];
 
 const MIXED_KEYS: [&str; 6] = ["phi", "eta", "alpha", "gain", "overbars", "merge_parallel"];
 
@@ -308,6 +331,8 @@ estimators! {
     EzgkfM, EzgkfSettings, MixedBelief, "ezgkf-m", MIXED_KEYS;
     Ezgkp, EzgkpSettings, MixedBelief, "ezgkp",
         ["phi", "eta", "alpha", "gain", "overbars", "merge_parallel", "form"];
+    Zsmf, VehicleFilterSettings, PoseZonotope, "zsmf", VEHICLE_KEYS;
+    Inzsmf, VehicleFilterSettings, PoseZonotope, "inzsmf", VEHICLE_KEYS;
 }
 
 /// Whether a state in the box `x` lies in the box `hull`.

@@ -4,7 +4,7 @@
 //! a closed family, [`AnySystem`]: one file each under `systems/`, one line each below.
 
 use crate::EstimationError;
-use crate::systems::{Linear, Lpv, VanDerPol};
+use crate::systems::{Linear, Lpv, VanDerPol, VehicleSe2};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::number::Real;
 use zonobench_sets::{IntervalVector, Matrix};
@@ -125,7 +125,7 @@ macro_rules! systems {
     };
 }
 
-systems!(Linear, Lpv, VanDerPol);
+systems!(Linear, Lpv, VanDerPol, VehicleSe2);
 
 impl AnySystem {
     /// The value of `kind` in a file.
@@ -134,6 +134,7 @@ impl AnySystem {
             Self::Linear(_) => "linear",
             Self::Lpv(_) => "lpv",
             Self::VanDerPol(_) => "van-der-pol",
+            Self::VehicleSe2(_) => "vehicle-se2",
         }
     }
 
@@ -149,6 +150,7 @@ impl AnySystem {
     pub fn period(&self) -> Option<f64> {
         match self {
             Self::VanDerPol(s) => Some(s.ts),
+            Self::VehicleSe2(s) => Some(s.dt),
             _ => None,
         }
     }
@@ -167,6 +169,7 @@ impl AnySystem {
             Self::Linear(s) => Some(s),
             Self::Lpv(s) => Some(s),
             Self::VanDerPol(s) => Some(s),
+            Self::VehicleSe2(_) => None,
         }
     }
 }

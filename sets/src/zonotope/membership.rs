@@ -82,12 +82,12 @@ impl Zonotope {
         let n = self.dim();
         let mut residual = Interval::ZERO;
         let mut defect = Interval::ZERO;
-        for i in 0..n {
+        for (i, &side) in offset.iter().enumerate() {
             let row = self.g.row(i);
             let reached = row
                 .iter()
                 .zip(xi)
-                .fold(offset[i], |s, (&g, &x)| s - Interval::point(g) * x);
+                .fold(side, |s, (&g, &x)| s - Interval::point(g) * x);
             residual = Interval::point(residual.hi().max(reached.mag()));
             let sum = (0..n).fold(Interval::ZERO, |sum, l| {
                 let start = Interval::point(if i == l { -1.0 } else { 0.0 });
