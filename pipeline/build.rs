@@ -16,23 +16,44 @@ const STAGES: &[(&str, bool, &[&str])] = &[
     ("TRACE", true, &["stage/trace.rs", "trace"]),
     ("REDUCE", true, &["stage/reduce.rs"]),
     ("SCORE", false, &["stage/score.rs", "statistics.rs"]),
-    ("COMPARE", false, &["stage/compare.rs", "statistics.rs", "published.rs"]),
+    (
+        "COMPARE",
+        false,
+        &["stage/compare.rs", "statistics.rs", "published.rs"],
+    ),
 ];
 
 fn main() {
     let here = PathBuf::from(std::env::var("CARGO_MANIFEST_DIR").expect("cargo sets it"));
-    let root = here.parent().expect("the crate lies in the workspace").to_owned();
+    let root = here
+        .parent()
+        .expect("the crate lies in the workspace")
+        .to_owned();
     let mathematics = [root.join("sets/src"), root.join("estimation/src")];
     for (stage, reaches_mathematics, files) in STAGES {
         let mut sources = vec![root.join("Cargo.lock")];
         if *reaches_mathematics {
             sources.extend(mathematics.iter().cloned());
         }
-        sources.extend(TABLES.iter().chain(files.iter()).map(|f| here.join("src").join(f)));
-        println!("cargo:rustc-env=ZONOBENCH_CODE_{stage}={}", digest(&root, &sources));
+        sources.extend(
+            TABLES
+                .iter()
+                .chain(files.iter())
+                .map(|f| here.join("src").join(f)),
+        );
+        println!(
+            "cargo:rustc-env=ZONOBENCH_CODE_{stage}={}",
+            digest(&root, &sources)
+        );
     }
     embed_experiments(&root.join("experiments"));
-    for watched in ["sets/src", "estimation/src", "pipeline/src", "experiments", "Cargo.lock"] {
+    for watched in [
+        "sets/src",
+        "estimation/src",
+        "pipeline/src",
+        "experiments",
+        "Cargo.lock",
+    ] {
         println!("cargo:rerun-if-changed={}", root.join(watched).display());
     }
 }
@@ -40,8 +61,10 @@ fn main() {
 /// All files below `path` (or `path` itself, with or without `.rs`), in a fixed order.
 fn walk(path: &Path, out: &mut Vec<PathBuf>) {
     if path.is_dir() {
-        let mut entries: Vec<PathBuf> =
-            fs::read_dir(path).expect("a source folder can be listed").map(|e| e.expect("readable").path()).collect();
+        let mut entries: Vec<PathBuf> = fs::read_dir(path)
+            .expect("a source folder can be listed")
+            .map(|e| e.expect("readable").path())
+            .collect();
         entries.sort();
         for entry in entries {
             walk(&entry, out);
@@ -61,7 +84,9 @@ fn digest(root: &Path, sources: &[PathBuf]) -> String {
     files.dedup();
     let mut hasher = blake3::Hasher::new();
     for file in files {
-        let name = file.strip_prefix(root).expect("sources lie in the workspace");
+        let name = file
+            .strip_prefix(root)
+            .expect("sources lie in the workspace");
         hasher.update(name.to_string_lossy().replace('\\', "/").as_bytes());
         hasher.update(&[0]);
         hasher.update(&fs::read(&file).expect("a source file can be read"));
@@ -75,9 +100,19 @@ fn embed_experiments(folder: &Path) {
     let mut files = Vec::new();
     walk(folder, &mut files);
     let mut code = String::from("&[\n");
-    for file in files.iter().filter(|f| f.extension().is_some_and(|e| e == "toml" || e == "csv")) {
-        let name = file.strip_prefix(folder).expect("walked from there").to_string_lossy().replace('\\', "/");
-        code += &format!("    ({name:?}, include_str!({:?})),\n", file.display().to_string());
+    for file in files
+        .iter()
+        .filter(|f| f.extension().is_some_and(|e| e == "toml" || e == "csv"))
+    {
+        let name = file
+            .strip_prefix(folder)
+            .expect("walked from there")
+            .to_string_lossy()
+            .replace('\\', "/");
+        code += &format!(
+            "    ({name:?}, include_str!({:?})),\n",
+            file.display().to_string()
+        );
     }
     code += "]\n";
     let out = PathBuf::from(std::env::var("OUT_DIR").expect("cargo sets it"));

@@ -60,18 +60,28 @@ fn noise_fits(noise: &Noise, assumed: &Uncertain, steps: usize) -> bool {
     let zero = vec![0.0; assumed.dim()];
     match noise {
         Noise::Drawn(drawn) => match drawn.law {
-            Law::Zero => !assumed.has_set() && zero == assumed.center || holds_point(assumed, &zero),
+            Law::Zero => {
+                !assumed.has_set() && zero == assumed.center || holds_point(assumed, &zero)
+            }
             Law::Uniform | Law::Vertices => fits(&drawn.of, assumed),
             Law::Gaussian => drawn.truncate && fits(&drawn.of, assumed),
             Law::Mixed => false,
         },
         Noise::Signals { terms, about } => {
-            let values = terms.iter().map(|t| (0..steps).map(|k| sum_at(t, k)).collect());
+            let values = terms
+                .iter()
+                .map(|t| (0..steps).map(|k| sum_at(t, k)).collect());
             signals_fit(values.collect(), about.as_deref(), assumed)
         }
-        Noise::Alternatives { alternatives, about } => {
+        Noise::Alternatives {
+            alternatives,
+            about,
+        } => {
             let values = alternatives.iter().map(|choices| {
-                choices.iter().flat_map(|t| (0..steps).map(|k| sum_at(t, k))).collect()
+                choices
+                    .iter()
+                    .flat_map(|t| (0..steps).map(|k| sum_at(t, k)))
+                    .collect()
             });
             signals_fit(values.collect(), about.as_deref(), assumed)
         }
@@ -81,7 +91,11 @@ fn noise_fits(noise: &Noise, assumed: &Uncertain, steps: usize) -> bool {
 
 /// Whether every value of every component lies in the assumed box, after the draw towards its center.
 fn signals_fit(values: Vec<Vec<f64>>, about: Option<&[f64]>, assumed: &Uncertain) -> bool {
-    let Some(sides) = assumed.bounds.as_ref().filter(|_| assumed.constraints.is_none()) else {
+    let Some(sides) = assumed
+        .bounds
+        .as_ref()
+        .filter(|_| assumed.constraints.is_none())
+    else {
         return false;
     };
     values.iter().enumerate().all(|(i, values)| {
@@ -108,10 +122,24 @@ mod tests {
 
     fn truth(law: Law, truncate: bool, radius: f64) -> Truth {
         let of = Uncertain::from_box(&[-radius], &[radius]).unwrap();
-        let mut of = Uncertain { covariance: Some(Matrix::identity(1)), ..of };
+        let mut of = Uncertain {
+            covariance: Some(Matrix::identity(1)),
+            ..of
+        };
         of.mean = Some(vec![0.0]);
-        let drawn = || Noise::Drawn(Drawn { law, of: of.clone(), truncate });
-        Truth { x0: InitialState::Point(vec![1.0]), w: drawn(), v: drawn(), delta: None }
+        let drawn = || {
+            Noise::Drawn(Drawn {
+                law,
+                of: of.clone(),
+                truncate,
+            })
+        };
+        Truth {
+            x0: InitialState::Point(vec![1.0]),
+            w: drawn(),
+            v: drawn(),
+            delta: None,
+        }
     }
 
     #[test]

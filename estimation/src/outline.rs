@@ -1,9 +1,9 @@
 //! Outlines of beliefs in a plane, for pictures.
 
 use crate::estimator::Shape;
+use zonobench_sets::Matrix;
 use zonobench_sets::ellipsoid::Ellipsoid;
 use zonobench_sets::zonotope::Zonotope;
-use zonobench_sets::Matrix;
 
 /// Directions in which a zonotope with many generators is drawn.
 const DIRECTIONS: usize = 128;
@@ -22,7 +22,12 @@ pub fn outline(shape: &Shape, axes: (usize, usize)) -> Vec<[f64; 2]> {
     let center = [shape.center[i], shape.center[j]];
     if let Some(bounds) = &shape.bounds {
         let (x, y) = (bounds[i], bounds[j]);
-        return vec![[x.lo(), y.lo()], [x.hi(), y.lo()], [x.hi(), y.hi()], [x.lo(), y.hi()]];
+        return vec![
+            [x.lo(), y.lo()],
+            [x.hi(), y.lo()],
+            [x.hi(), y.hi()],
+            [x.lo(), y.hi()],
+        ];
     }
     if let Some(g) = shape.generators.as_ref().filter(|g| g.cols() > 0) {
         return zonotope(center, g.row(i), g.row(j));
@@ -45,7 +50,11 @@ fn zonotope(center: [f64; 2], xs: &[f64], ys: &[f64]) -> Vec<[f64; 2]> {
             let angle = k as f64 * core::f64::consts::TAU / DIRECTIONS as f64;
             let d = [libm::cos(angle), libm::sin(angle)];
             xs.iter().zip(ys).fold(center, |p, (x, y)| {
-                let sign = if d[0] * x + d[1] * y >= 0.0 { 1.0 } else { -1.0 };
+                let sign = if d[0] * x + d[1] * y >= 0.0 {
+                    1.0
+                } else {
+                    -1.0
+                };
                 [p[0] + sign * x, p[1] + sign * y]
             })
         })
@@ -77,7 +86,11 @@ mod tests {
     #[test]
     fn the_outline_of_a_square_with_a_diagonal_is_a_hexagon() {
         let g = Matrix::from_rows(&[[1.0, 0.0, -1.0], [0.0, 1.0, -1.0]]).unwrap();
-        let shape = Shape { center: vec![3.0, 4.0], generators: Some(g), ..Shape::default() };
+        let shape = Shape {
+            center: vec![3.0, 4.0],
+            generators: Some(g),
+            ..Shape::default()
+        };
         let polygon = outline(&shape, (0, 1));
         assert_eq!(polygon.len(), 6);
         // 4 Σ |det| over pairs of generators.
@@ -87,7 +100,11 @@ mod tests {
     #[test]
     fn an_ellipse_is_counter_clockwise_and_has_its_area() {
         let p = Matrix::from_rows(&[[4.0, 1.0], [1.0, 2.0]]).unwrap();
-        let shape = Shape { center: vec![0.0, 0.0], covariance: Some(p), ..Shape::default() };
+        let shape = Shape {
+            center: vec![0.0, 0.0],
+            covariance: Some(p),
+            ..Shape::default()
+        };
         let exact = core::f64::consts::PI * 7.0_f64.sqrt() * chi_square_isf(0.01, 2).unwrap();
         assert!((area(&outline(&shape, (0, 1))) / exact - 1.0).abs() < 2e-3);
     }

@@ -178,22 +178,41 @@ fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
     match command {
         Command::ReproduceAll(options) => reproduce_all(&options, verbosity),
         Command::Run { files, lake, jobs } => run_files(&files, &lake.lake, jobs, verbosity),
-        Command::Track { file, measurements, inputs, out } => {
+        Command::Track {
+            file,
+            measurements,
+            inputs,
+            out,
+        } => {
             for tracked in tracking::track(&file, &measurements, inputs.as_deref(), &out)? {
                 for (estimator, k) in &tracked.inconsistent {
-                    println!("{}: {estimator}: the measurement at k = {k} contradicts the model", tracked.id);
+                    println!(
+                        "{}: {estimator}: the measurement at k = {k} contradicts the model",
+                        tracked.id
+                    );
                 }
                 if verbosity != Verbosity::Quiet {
                     let out = tracked.out.display();
-                    println!("{}: k = 0 to {}; see {out}/estimates.parquet", tracked.id, tracked.steps);
+                    println!(
+                        "{}: k = 0 to {}; see {out}/estimates.parquet",
+                        tracked.id, tracked.steps
+                    );
                 }
             }
             Ok(0)
         }
         Command::Plan { paper, dot, lake } => plan(&paper, dot, &lake.lake),
         Command::Explain { target, lake } => explain(&target, &lake.lake),
-        Command::Tables { paper, table, format, lake } => {
-            print!("{}", tables::render(&lake.lake, paper.as_deref(), table.as_deref(), format)?);
+        Command::Tables {
+            paper,
+            table,
+            format,
+            lake,
+        } => {
+            print!(
+                "{}",
+                tables::render(&lake.lake, paper.as_deref(), table.as_deref(), format)?
+            );
             Ok(0)
         }
         Command::Query { sql, format, lake } => {
@@ -221,19 +240,32 @@ fn threads(jobs: Option<usize>) -> Result<rayon::ThreadPool, Error> {
         Some(n) => n,
         None => std::thread::available_parallelism().map_or(1, usize::from),
     };
-    rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(|e| Error::Unknown {
-        what: "number of threads",
-        got: jobs.to_string(),
-        expected: e.to_string(),
-    })
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(jobs)
+        .build()
+        .map_err(|e| Error::Unknown {
+            what: "number of threads",
+            got: jobs.to_string(),
+            expected: e.to_string(),
+        })
 }
 
 fn work(experiments: &[Arc<Experiment>]) -> u64 {
-    experiments.iter().map(|e| (e.runs * (1 + e.estimators.len())) as u64).sum()
+    experiments
+        .iter()
+        .map(|e| (e.runs * (1 + e.estimators.len())) as u64)
+        .sum()
 }
 
-fn run_all(store: &Store, experiments: &[Arc<Experiment>], progress: &Progress) -> Result<Vec<Finished>, Error> {
-    let finished = experiments.par_iter().map(|e| engine::run(store, e, progress)).collect();
+fn run_all(
+    store: &Store,
+    experiments: &[Arc<Experiment>],
+    progress: &Progress,
+) -> Result<Vec<Finished>, Error> {
+    let finished = experiments
+        .par_iter()
+        .map(|e| engine::run(store, e, progress))
+        .collect();
     progress.clear();
     finished
 }
@@ -244,11 +276,16 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
     if options.quick {
         papers = papers.into_iter().map(Paper::quick).collect();
     }
-    let scale = if options.quick { Scale::Quick } else { Scale::Full };
+    let scale = if options.quick {
+        Scale::Quick
+    } else {
+        Scale::Full
+    };
     let default = if options.quick { "lake-quick" } else { "lake" };
     let lake = options.lake.clone().unwrap_or_else(|| default.into());
     let store = Store::open(&lake)?;
-    let experiments: Vec<Arc<Experiment>> = papers.iter().flat_map(|p| p.experiments.clone()).collect();
+    let experiments: Vec<Arc<Experiment>> =
+        papers.iter().flat_map(|p| p.experiments.clone()).collect();
     let progress = Progress::new(verbosity, work(&experiments));
     let pool = threads(options.jobs)?;
     let finished = pool.install(|| run_all(&store, &experiments, &progress))?;
@@ -271,7 +308,11 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
     let reports = options.reports.clone().unwrap_or_else(|| {
         // Only the whole of the published run belongs on the committed pages.
         let here = PathBuf::from("reports");
-        if !options.quick && here.is_dir() { here } else { lake.join("reports") }
+        if !options.quick && here.is_dir() {
+            here
+        } else {
+            lake.join("reports")
+        }
     });
     report::write(&lake, &reports)?;
     let entries = lake::read_manifest(&lake)?;
@@ -282,8 +323,13 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
         eprintln!("{}: {}", violation.path, violation.what);
     }
     if verbosity != Verbosity::Quiet {
-        let (made, found) = finished.iter().fold((0, 0), |(m, f), x| (m + x.made, f + x.found));
-        println!("{made} results made, {found} found, {:.1} s", start.elapsed().as_secs_f64());
+        let (made, found) = finished
+            .iter()
+            .fold((0, 0), |(m, f), x| (m + x.made, f + x.found));
+        println!(
+            "{made} results made, {found} found, {:.1} s",
+            start.elapsed().as_secs_f64()
+        );
     }
     Ok(u8::from(errors > 0 || !violations.is_empty()))
 }
@@ -291,26 +337,47 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
 /// Prints the matrix of verdicts and where to look; returns the number of cells in error.
 fn summary(lake: &Path, reports: &Path, quick: bool, verbosity: Verbosity) -> Result<usize, Error> {
     let matrix = tables::matrix(lake)?;
-    let errors = matrix.iter().filter(|(_, _, verdict, _)| verdict == "error").map(|(_, _, _, n)| n).sum();
+    let errors = matrix
+        .iter()
+        .filter(|(_, _, verdict, _)| verdict == "error")
+        .map(|(_, _, _, n)| n)
+        .sum();
     if verbosity == Verbosity::Quiet {
         return Ok(errors);
     }
     if quick {
-        println!("A quick run: every method and table, few runs; its numbers are compared with nothing.\n");
+        println!(
+            "A quick run: every method and table, few runs; its numbers are compared with nothing.\n"
+        );
     } else {
-        println!("What the papers print, as reproduced (reading as-written):\n\n{}", tables::matrix_text(lake)?);
+        println!(
+            "What the papers print, as reproduced (reading as-written):\n\n{}",
+            tables::matrix_text(lake)?
+        );
     }
     println!("Report:  {}/README.md", reports.display());
     println!("Tables:  zonobench tables [PAPER [TABLE]]{}", flag(lake));
-    println!("Data:    zonobench query \"SELECT * FROM scores LIMIT 5\"{}", flag(lake));
+    println!(
+        "Data:    zonobench query \"SELECT * FROM scores LIMIT 5\"{}",
+        flag(lake)
+    );
     Ok(errors)
 }
 
 fn flag(lake: &Path) -> String {
-    if lake == Path::new("lake") { String::new() } else { format!(" --lake {}", lake.display()) }
+    if lake == Path::new("lake") {
+        String::new()
+    } else {
+        format!(" --lake {}", lake.display())
+    }
 }
 
-fn run_files(files: &[PathBuf], lake: &Path, jobs: Option<usize>, verbosity: Verbosity) -> Result<u8, Error> {
+fn run_files(
+    files: &[PathBuf],
+    lake: &Path,
+    jobs: Option<usize>,
+    verbosity: Verbosity,
+) -> Result<u8, Error> {
     let start = Instant::now();
     let mut experiments: Vec<Arc<Experiment>> = Vec::new();
     for file in files {
@@ -319,7 +386,10 @@ fn run_files(files: &[PathBuf], lake: &Path, jobs: Option<usize>, verbosity: Ver
                 return Err(Error::Unknown {
                     what: "place for a second experiment",
                     got: experiment.name(),
-                    expected: format!("{} gives an id that another file gave: ids differ", file.display()),
+                    expected: format!(
+                        "{} gives an id that another file gave: ids differ",
+                        file.display()
+                    ),
                 });
             }
             experiments.push(Arc::new(experiment));
@@ -351,9 +421,16 @@ fn run_files(files: &[PathBuf], lake: &Path, jobs: Option<usize>, verbosity: Ver
                 "SELECT estimator, metric, component, n_runs, mean, sd FROM scores WHERE paper = '{}' AND experiment = '{}'",
                 e.paper, e.id
             );
-            println!("\n{}\n\n{}", e.name(), query::render(&query::run(lake, &sql)?, query::Format::Table));
+            println!(
+                "\n{}\n\n{}",
+                e.name(),
+                query::render(&query::run(lake, &sql)?, query::Format::Table)
+            );
         }
-        println!("Data:    zonobench query \"SELECT * FROM estimates LIMIT 5\"{}", flag(lake));
+        println!(
+            "Data:    zonobench query \"SELECT * FROM estimates LIMIT 5\"{}",
+            flag(lake)
+        );
     }
     Ok(u8::from(!violations.is_empty()))
 }
@@ -361,7 +438,9 @@ fn run_files(files: &[PathBuf], lake: &Path, jobs: Option<usize>, verbosity: Ver
 /// Appends one line to the run log: when, how long, what. Never hashed.
 fn log_run(lake: &Path, command: &str, start: Instant, finished: &[Finished]) -> Result<(), Error> {
     let path = lake.join("runlog.jsonl");
-    let unix = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |t| t.as_secs());
+    let unix = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .map_or(0, |t| t.as_secs());
     let line = serde_json::json!({
         "command": command,
         "unix_time_s": unix,
@@ -373,7 +452,10 @@ fn log_run(lake: &Path, command: &str, start: Instant, finished: &[Finished]) ->
         "found": finished.iter().map(|f| f.found).sum::<usize>(),
     });
     let append = || -> std::io::Result<()> {
-        let mut file = std::fs::File::options().create(true).append(true).open(&path)?;
+        let mut file = std::fs::File::options()
+            .create(true)
+            .append(true)
+            .open(&path)?;
         std::io::Write::write_all(&mut file, format!("{line}\n").as_bytes())
     };
     append().map_err(|e| Error::io("append to", &path, e))
@@ -382,8 +464,13 @@ fn log_run(lake: &Path, command: &str, start: Instant, finished: &[Finished]) ->
 /// The processor's model, where the system tells it.
 fn processor() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = info.lines().find_map(|line| line.strip_prefix("model name"));
-    model.map_or_else(|| "unknown".to_owned(), |m| m.trim_start_matches([' ', '\t', ':']).to_owned())
+    let model = info
+        .lines()
+        .find_map(|line| line.strip_prefix("model name"));
+    model.map_or_else(
+        || "unknown".to_owned(),
+        |m| m.trim_start_matches([' ', '\t', ':']).to_owned(),
+    )
 }
 
 fn plan(wanted: &[String], dot: bool, lake: &Path) -> Result<u8, Error> {
@@ -410,7 +497,11 @@ fn plan(wanted: &[String], dot: bool, lake: &Path) -> Result<u8, Error> {
                     Status::Changed(changes) => {
                         let (place, old, new) = &changes[0];
                         let more = changes.len() - 1;
-                        let more = if more > 0 { format!(" (and {more} more)") } else { String::new() };
+                        let more = if more > 0 {
+                            format!(" (and {more} more)")
+                        } else {
+                            String::new()
+                        };
                         format!("{place}: {old} -> {new}{more}")
                     }
                 };

@@ -43,14 +43,21 @@ fn target(experiment: &Experiment, stage: &'static str, estimator: Option<usize>
 }
 
 /// Runs (or finds) every stage of `experiment`.
-pub fn run(store: &Store, experiment: &Arc<Experiment>, progress: &Progress) -> Result<Finished, Error> {
-    let count = |made: bool, tally: &mut (usize, usize)| if made { tally.0 += 1 } else { tally.1 += 1 };
+pub fn run(
+    store: &Store,
+    experiment: &Arc<Experiment>,
+    progress: &Progress,
+) -> Result<Finished, Error> {
+    let count =
+        |made: bool, tally: &mut (usize, usize)| if made { tally.0 += 1 } else { tally.1 += 1 };
     let mut tally = (0, 0);
     let name = experiment.name();
-    let (simulation, made) =
-        store.run(&target(experiment, "simulate", None), simulate::CODE, &simulate::input(experiment), |dir| {
-            simulate::make(experiment, dir, &|n| progress.advance(&name, "simulate", n))
-        })?;
+    let (simulation, made) = store.run(
+        &target(experiment, "simulate", None),
+        simulate::CODE,
+        &simulate::input(experiment),
+        |dir| simulate::make(experiment, dir, &|n| progress.advance(&name, "simulate", n)),
+    )?;
     if !made {
         progress.advance(&name, "simulate", experiment.runs as u64);
     }
@@ -68,39 +75,59 @@ pub fn run(store: &Store, experiment: &Arc<Experiment>, progress: &Progress) -> 
         .map(|i| {
             let input = estimate::input(experiment, i, &simulation.content);
             let what = format!("estimate {}", experiment.estimators[i].id);
-            let result = store.run(&target(experiment, "estimate", Some(i)), estimate::CODE, &input, |dir| {
-                estimate::make(&Job::of(experiment, i), recordings()?, dir, &|n| progress.advance(&name, &what, n))
-            })?;
+            let result = store.run(
+                &target(experiment, "estimate", Some(i)),
+                estimate::CODE,
+                &input,
+                |dir| {
+                    estimate::make(&Job::of(experiment, i), recordings()?, dir, &|n| {
+                        progress.advance(&name, &what, n)
+                    })
+                },
+            )?;
             if !result.1 {
                 progress.advance(&name, &what, experiment.runs as u64);
             }
             Ok(result)
         })
         .collect::<Result<_, Error>>()?;
-    estimates.iter().for_each(|(_, made)| count(*made, &mut tally));
-    let estimates: Vec<Artifact> = estimates.into_iter().map(|(artifact, _)| artifact).collect();
+    estimates
+        .iter()
+        .for_each(|(_, made)| count(*made, &mut tally));
+    let estimates: Vec<Artifact> = estimates
+        .into_iter()
+        .map(|(artifact, _)| artifact)
+        .collect();
     let mut traces = Vec::new();
     if experiment.output.traces {
         for (i, estimates) in estimates.iter().enumerate() {
             let input = trace::input(experiment, i, &simulation.content, &estimates.content);
-            let (artifact, made) =
-                store.run(&target(experiment, "trace", Some(i)), trace::CODE, &input, |dir| {
-                    trace::make(experiment, i, recordings()?, estimates, dir)
-                })?;
+            let (artifact, made) = store.run(
+                &target(experiment, "trace", Some(i)),
+                trace::CODE,
+                &input,
+                |dir| trace::make(experiment, i, recordings()?, estimates, dir),
+            )?;
             count(made, &mut tally);
             traces.push((experiment.estimators[i].id.clone(), artifact));
         }
     }
     let contents: Vec<String> = estimates.iter().map(|a| a.content.clone()).collect();
     let input = reduce::input(experiment, &simulation.content, &contents);
-    let (metrics, made) = store.run(&target(experiment, "reduce", None), reduce::CODE, &input, |dir| {
-        reduce::make(experiment, recordings()?, &estimates, dir)
-    })?;
+    let (metrics, made) = store.run(
+        &target(experiment, "reduce", None),
+        reduce::CODE,
+        &input,
+        |dir| reduce::make(experiment, recordings()?, &estimates, dir),
+    )?;
     count(made, &mut tally);
     let input = score::input(&metrics.content);
-    let (scores, made) = store.run(&target(experiment, "score", None), score::CODE, &input, |dir| {
-        score::make(&file(&metrics, "metrics.parquet")?, dir)
-    })?;
+    let (scores, made) = store.run(
+        &target(experiment, "score", None),
+        score::CODE,
+        &input,
+        |dir| score::make(&file(&metrics, "metrics.parquet")?, dir),
+    )?;
     count(made, &mut tally);
     progress.finish(&name, tally.0, tally.1);
     Ok(Finished {
@@ -124,11 +151,19 @@ fn file(artifact: &Artifact, name: &str) -> Result<PathBuf, Error> {
 }
 
 /// The metrics of every experiment of a paper, by experiment id.
-fn metrics_of<'a>(finished: &'a [Finished], paper: &str) -> Result<BTreeMap<&'a str, PathBuf>, Error> {
+fn metrics_of<'a>(
+    finished: &'a [Finished],
+    paper: &str,
+) -> Result<BTreeMap<&'a str, PathBuf>, Error> {
     finished
         .iter()
         .filter(|f| f.experiment.paper == paper)
-        .map(|f| Ok((f.experiment.id.as_str(), file(&f.metrics, "metrics.parquet")?)))
+        .map(|f| {
+            Ok((
+                f.experiment.id.as_str(),
+                file(&f.metrics, "metrics.parquet")?,
+            ))
+        })
         .collect()
 }
 
@@ -144,16 +179,26 @@ pub fn compare(
         .filter(|f| f.experiment.paper == paper.name)
         .map(|f| (f.experiment.id.as_str(), f.metrics.content.as_str()))
         .collect();
-    let target =
-        Target { paper: paper.name.clone(), experiment: "-".to_owned(), stage: "compare", estimator: None };
+    let target = Target {
+        paper: paper.name.clone(),
+        experiment: "-".to_owned(),
+        stage: "compare",
+        estimator: None,
+    };
     let input = compare::input(paper, &contents, scale);
     let metrics = metrics_of(finished, &paper.name)?;
-    let (artifact, _) =
-        store.run(&target, compare::CODE, &input, |dir| compare::make(paper, &metrics, scale, dir))?;
+    let (artifact, _) = store.run(&target, compare::CODE, &input, |dir| {
+        compare::make(paper, &metrics, scale, dir)
+    })?;
     Ok(artifact)
 }
 
-fn copy(path: String, table: &'static str, artifact: &Artifact, name: &str) -> Result<Publication<'static>, Error> {
+fn copy(
+    path: String,
+    table: &'static str,
+    artifact: &Artifact,
+    name: &str,
+) -> Result<Publication<'static>, Error> {
     let source = file(artifact, name)?;
     Ok(Publication {
         path,
@@ -161,7 +206,11 @@ fn copy(path: String, table: &'static str, artifact: &Artifact, name: &str) -> R
         key: format!("{}/{name}", artifact.content),
         make: Box::new(move |target| {
             std::fs::copy(&source, target).map_err(|e| Error::io("copy", &source, e))?;
-            if table == "trace" { Ok(None) } else { lake::count_rows(target).map(Some) }
+            if table == "trace" {
+                Ok(None)
+            } else {
+                lake::count_rows(target).map(Some)
+            }
         }),
     })
 }
@@ -171,7 +220,10 @@ fn concatenated<R: table::Row>(
     parts: &[Artifact],
     name: &str,
 ) -> Result<Publication<'static>, Error> {
-    let paths: Vec<PathBuf> = parts.iter().map(|a| file(a, name)).collect::<Result<_, _>>()?;
+    let paths: Vec<PathBuf> = parts
+        .iter()
+        .map(|a| file(a, name))
+        .collect::<Result<_, _>>()?;
     let mut hasher = blake3::Hasher::new();
     for part in parts {
         hasher.update(part.content.as_bytes());
@@ -182,11 +234,17 @@ fn concatenated<R: table::Row>(
         path: table_path(R::TABLE, &experiment.paper, &experiment.id),
         table: R::TABLE,
         key: hasher.finalize().to_hex().to_string(),
-        make: Box::new(move |target| Ok(Some(table::concatenate::<R>(target, &paths, &meta)? as u64))),
+        make: Box::new(move |target| {
+            Ok(Some(table::concatenate::<R>(target, &paths, &meta)? as u64))
+        }),
     })
 }
 
-fn written<R: table::Row + Clone + Sync + 'static>(path: String, stage: &str, rows: Vec<R>) -> Publication<'static>
+fn written<R: table::Row + Clone + Sync + 'static>(
+    path: String,
+    stage: &str,
+    rows: Vec<R>,
+) -> Publication<'static>
 where
     R: std::fmt::Debug,
 {
@@ -195,8 +253,14 @@ where
         path,
         table: R::TABLE,
         // The rows themselves are the source.
-        key: blake3::hash(format!("{rows:?}").as_bytes()).to_hex().to_string(),
-        make: Box::new(move |target| Ok(Some(table::write(target, rows.iter().cloned(), &meta)? as u64))),
+        key: blake3::hash(format!("{rows:?}").as_bytes())
+            .to_hex()
+            .to_string(),
+        make: Box::new(move |target| {
+            Ok(Some(
+                table::write(target, rows.iter().cloned(), &meta)? as u64
+            ))
+        }),
     }
 }
 
@@ -204,40 +268,86 @@ where
 pub fn publications(finished: &Finished) -> Result<Vec<Publication<'static>>, Error> {
     let e = &finished.experiment;
     let path = |table: &str| table_path(table, &e.paper, &e.id);
-    let infos =
-        (0..e.estimators.len()).map(|i| estimate::describe(&Job::of(e, i))).collect::<Result<Vec<_>, _>>()?;
+    let infos = (0..e.estimators.len())
+        .map(|i| estimate::describe(&Job::of(e, i)))
+        .collect::<Result<Vec<_>, _>>()?;
     let mut files = vec![
-        written(path("variables"), "simulate", estimate::variables(&e.problem)),
-        copy(path("truth"), "truth", &finished.simulation, "truth.parquet")?,
-        copy(path("measurements"), "measurements", &finished.simulation, "measurements.parquet")?,
-        copy(path("inputs"), "inputs", &finished.simulation, "inputs.parquet")?,
+        written(
+            path("variables"),
+            "simulate",
+            estimate::variables(&e.problem),
+        ),
+        copy(
+            path("truth"),
+            "truth",
+            &finished.simulation,
+            "truth.parquet",
+        )?,
+        copy(
+            path("measurements"),
+            "measurements",
+            &finished.simulation,
+            "measurements.parquet",
+        )?,
+        copy(
+            path("inputs"),
+            "inputs",
+            &finished.simulation,
+            "inputs.parquet",
+        )?,
         written(path("estimators"), "estimate", infos),
         concatenated::<rows::Estimate>(e, &finished.estimates, "estimates.parquet")?,
         concatenated::<rows::Belief>(e, &finished.estimates, "beliefs.parquet")?,
         concatenated::<rows::Set>(e, &finished.estimates, "sets.parquet")?,
-        copy(path("metrics"), "metrics", &finished.metrics, "metrics.parquet")?,
+        copy(
+            path("metrics"),
+            "metrics",
+            &finished.metrics,
+            "metrics.parquet",
+        )?,
         copy(path("scores"), "scores", &finished.scores, "scores.parquet")?,
     ];
     for (estimator, artifact) in &finished.traces {
-        files.push(copy(trace_path(&e.paper, &e.id, estimator), "trace", artifact, "trace.mcap")?);
+        files.push(copy(
+            trace_path(&e.paper, &e.id, estimator),
+            "trace",
+            artifact,
+            "trace.mcap",
+        )?);
     }
     Ok(files)
 }
 
 /// The files of the lake that come from a paper's comparison.
-pub fn paper_publications(paper: &Paper, comparison: &Artifact) -> Result<Vec<Publication<'static>>, Error> {
+pub fn paper_publications(
+    paper: &Paper,
+    comparison: &Artifact,
+) -> Result<Vec<Publication<'static>>, Error> {
     let path = |table: &str| paper_table_path(table, &paper.name);
     Ok(vec![
-        copy(path("published"), "published", comparison, "published.parquet")?,
-        copy(path("comparison"), "comparison", comparison, "comparison.parquet")?,
+        copy(
+            path("published"),
+            "published",
+            comparison,
+            "published.parquet",
+        )?,
+        copy(
+            path("comparison"),
+            "comparison",
+            comparison,
+            "comparison.parquet",
+        )?,
     ])
 }
 
 /// Writes the timings of one experiment into the lake; they are not vouched for.
 pub fn write_timings(lake: &Path, finished: &Finished) -> Result<(), Error> {
     let e = &finished.experiment;
-    let parts: Vec<PathBuf> =
-        finished.estimates.iter().map(|a| file(a, "timings.parquet")).collect::<Result<_, _>>()?;
+    let parts: Vec<PathBuf> = finished
+        .estimates
+        .iter()
+        .map(|a| file(a, "timings.parquet"))
+        .collect::<Result<_, _>>()?;
     let path = lake.join(table_path("timings", &e.paper, &e.id));
     // Stages that were found bring the times of the run that made them.
     if finished.made == 0 && path.exists() {
@@ -245,13 +355,20 @@ pub fn write_timings(lake: &Path, finished: &Finished) -> Result<(), Error> {
     }
     let parent = path.parent().expect("a lake file lies in a folder");
     std::fs::create_dir_all(parent).map_err(|source| Error::io("create", parent, source))?;
-    let draft = lake.join(".cache").join("tmp").join(format!("timings-{}-{}", e.paper, e.id));
+    let draft = lake
+        .join(".cache")
+        .join("tmp")
+        .join(format!("timings-{}-{}", e.paper, e.id));
     table::concatenate::<rows::Timing>(&draft, &parts, &BTreeMap::new())?;
     std::fs::rename(&draft, &path).map_err(|source| Error::io("publish", &path, source))
 }
 
 /// Writes a paper's printed times beside ours; not vouched for.
-pub fn write_timing_comparison(lake: &Path, paper: &Paper, finished: &[Finished]) -> Result<(), Error> {
+pub fn write_timing_comparison(
+    lake: &Path,
+    paper: &Paper,
+    finished: &[Finished],
+) -> Result<(), Error> {
     let mut timings = BTreeMap::new();
     for f in finished.iter().filter(|f| f.experiment.paper == paper.name) {
         for artifact in &f.estimates {
@@ -267,7 +384,10 @@ pub fn write_timing_comparison(lake: &Path, paper: &Paper, finished: &[Finished]
     let path = lake.join(paper_table_path("timing_comparison", &paper.name));
     let parent = path.parent().expect("a lake file lies in a folder");
     std::fs::create_dir_all(parent).map_err(|e| Error::io("create", parent, e))?;
-    let draft = lake.join(".cache").join("tmp").join(format!("timing-comparison-{}", paper.name));
+    let draft = lake
+        .join(".cache")
+        .join("tmp")
+        .join(format!("timing-comparison-{}", paper.name));
     table::write(&draft, rows, &BTreeMap::new())?;
     std::fs::rename(&draft, &path).map_err(|e| Error::io("publish", &path, e))
 }
@@ -286,21 +406,32 @@ pub fn plan(store: &Store, experiment: &Experiment) -> Vec<Planned> {
     let mut look = |stage, index, code: &str, input: Option<Value>| -> Option<Artifact> {
         let target = target(experiment, stage, index);
         let Some(input) = input else {
-            out.push(Planned { target, status: Status::Upstream });
+            out.push(Planned {
+                target,
+                status: Status::Upstream,
+            });
             return None;
         };
         let status = store.status(&target, code, &input);
         out.push(Planned { target, status });
         store.peek(stage, code, &input)
     };
-    let simulation = look("simulate", None, simulate::CODE, Some(simulate::input(experiment)));
+    let simulation = look(
+        "simulate",
+        None,
+        simulate::CODE,
+        Some(simulate::input(experiment)),
+    );
     let data = simulation.map(|a| a.content);
     let mut contents = Some(Vec::new());
     for i in 0..experiment.estimators.len() {
         let input = data.as_ref().map(|d| estimate::input(experiment, i, d));
         let estimates = look("estimate", Some(i), estimate::CODE, input).map(|a| a.content);
         if experiment.output.traces {
-            let input = data.as_ref().zip(estimates.as_ref()).map(|(d, e)| trace::input(experiment, i, d, e));
+            let input = data
+                .as_ref()
+                .zip(estimates.as_ref())
+                .map(|(d, e)| trace::input(experiment, i, d, e));
             look("trace", Some(i), trace::CODE, input);
         }
         contents = contents.zip(estimates).map(|(mut all, one)| {
@@ -308,9 +439,16 @@ pub fn plan(store: &Store, experiment: &Experiment) -> Vec<Planned> {
             all
         });
     }
-    let input = data.zip(contents).map(|(d, c)| reduce::input(experiment, &d, &c));
+    let input = data
+        .zip(contents)
+        .map(|(d, c)| reduce::input(experiment, &d, &c));
     let metrics = look("reduce", None, reduce::CODE, input);
-    look("score", None, score::CODE, metrics.map(|a| score::input(&a.content)));
+    look(
+        "score",
+        None,
+        score::CODE,
+        metrics.map(|a| score::input(&a.content)),
+    );
     out
 }
 
@@ -323,13 +461,26 @@ pub fn dot(experiment: &Experiment, planned: &[Planned]) -> String {
             Some(estimator) => format!("{}\\n{estimator}", p.target.stage),
             None => p.target.stage.to_owned(),
         };
-        let style = if p.status == Status::Cached { "solid" } else { "bold" };
-        out += &format!("    \"{}\" [label = \"{label}\", shape = box, style = {style}];\n", p.target);
+        let style = if p.status == Status::Cached {
+            "solid"
+        } else {
+            "bold"
+        };
+        out += &format!(
+            "    \"{}\" [label = \"{label}\", shape = box, style = {style}];\n",
+            p.target
+        );
     }
     for e in &experiment.estimators {
-        out += &format!("    \"{name}/simulate\" -> \"{name}/estimate/{}\" -> \"{name}/reduce\";\n", e.id);
+        out += &format!(
+            "    \"{name}/simulate\" -> \"{name}/estimate/{}\" -> \"{name}/reduce\";\n",
+            e.id
+        );
         if experiment.output.traces {
-            out += &format!("    \"{name}/estimate/{0}\" -> \"{name}/trace/{0}\";\n", e.id);
+            out += &format!(
+                "    \"{name}/estimate/{0}\" -> \"{name}/trace/{0}\";\n",
+                e.id
+            );
         }
     }
     out += &format!("    \"{name}/reduce\" -> \"{name}/score\";\n  }}\n");

@@ -149,17 +149,27 @@ pub enum Error {
 impl Error {
     /// An I/O error with what was tried and where.
     pub fn io(action: &'static str, path: &Path, source: std::io::Error) -> Self {
-        Self::Io { action, path: path.to_owned(), source }
+        Self::Io {
+            action,
+            path: path.to_owned(),
+            source,
+        }
     }
 
     /// A Parquet error with its file; a full disk below it is shown as the I/O error that it is.
     pub fn parquet(path: &Path, source: parquet::errors::ParquetError) -> Self {
-        Self::Parquet { path: path.to_owned(), source }
+        Self::Parquet {
+            path: path.to_owned(),
+            source,
+        }
     }
 
     /// A JSON error with its file.
     pub fn json(path: &Path, source: serde_json::Error) -> Self {
-        Self::Json { path: path.to_owned(), source }
+        Self::Json {
+            path: path.to_owned(),
+            source,
+        }
     }
 
     /// 2 for bad usage or bad input, 1 for everything else.

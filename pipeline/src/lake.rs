@@ -74,7 +74,9 @@ pub fn count_rows(path: &Path) -> Result<u64, Error> {
     let file = fs::File::open(path).map_err(|e| Error::io("open", path, e))?;
     let reader = parquet::file::serialized_reader::SerializedFileReader::new(file)
         .map_err(|e| Error::parquet(path, e))?;
-    Ok(parquet::file::reader::FileReader::metadata(&reader).file_metadata().num_rows() as u64)
+    Ok(parquet::file::reader::FileReader::metadata(&reader)
+        .file_metadata()
+        .num_rows() as u64)
 }
 
 /// Publishes `files` and writes the manifest. Entries for which `in_scope(paper, experiment)` holds and
@@ -87,8 +89,11 @@ pub fn publish(
 ) -> Result<usize, Error> {
     files.sort_by(|a, b| a.path.cmp(&b.path));
     files.extend(catalog());
-    let old: BTreeMap<String, Entry> =
-        read_manifest(lake).unwrap_or_default().into_iter().map(|e| (e.path.clone(), e)).collect();
+    let old: BTreeMap<String, Entry> = read_manifest(lake)
+        .unwrap_or_default()
+        .into_iter()
+        .map(|e| (e.path.clone(), e))
+        .collect();
     let tmp = lake.join(".cache").join("tmp");
     let built: Vec<(Entry, bool)> = files
         .par_iter()
@@ -126,7 +131,10 @@ pub fn publish(
             continue;
         }
         let keys = path_keys(path);
-        if keys.paper.is_none_or(|paper| in_scope(paper, keys.experiment)) {
+        if keys
+            .paper
+            .is_none_or(|paper| in_scope(paper, keys.experiment))
+        {
             let stale = lake.join(path);
             if stale.exists() {
                 fs::remove_file(&stale).map_err(|e| Error::io("remove the stale", &stale, e))?;
@@ -136,7 +144,10 @@ pub fn publish(
         }
     }
     entries.sort_by(|a, b| a.path.cmp(&b.path));
-    let manifest = Manifest { zonobench: env!("CARGO_PKG_VERSION").to_owned(), files: entries };
+    let manifest = Manifest {
+        zonobench: env!("CARGO_PKG_VERSION").to_owned(),
+        files: entries,
+    };
     let path = lake.join(MANIFEST);
     let text = serde_json::to_vec_pretty(&manifest).map_err(|e| Error::json(&path, e))?;
     if fs::read(&path).ok().as_deref() != Some(&text) {
@@ -154,14 +165,17 @@ fn is_whole(path: &Path, entry: &Entry) -> bool {
 }
 
 /// The Hive keys in a lake path.
-struct PathKeys<'a> {
-    paper: Option<&'a str>,
-    experiment: Option<&'a str>,
+pub(crate) struct PathKeys<'a> {
+    pub(crate) paper: Option<&'a str>,
+    pub(crate) experiment: Option<&'a str>,
 }
 
-fn path_keys(path: &str) -> PathKeys<'_> {
+pub(crate) fn path_keys(path: &str) -> PathKeys<'_> {
     let find = |key| path.split('/').find_map(|part| part.strip_prefix(key));
-    PathKeys { paper: find("paper="), experiment: find("experiment=") }
+    PathKeys {
+        paper: find("paper="),
+        experiment: find("experiment="),
+    }
 }
 
 /// The manifest's entries; paths that would leave the lake are refused.
@@ -169,14 +183,19 @@ pub fn read_manifest(lake: &Path) -> Result<Vec<Entry>, Error> {
     let path = lake.join(MANIFEST);
     let text = fs::read(&path).map_err(|e| {
         if e.kind() == std::io::ErrorKind::NotFound {
-            Error::NoLake { path: lake.to_owned() }
+            Error::NoLake {
+                path: lake.to_owned(),
+            }
         } else {
             Error::io("read", &path, e)
         }
     })?;
     let manifest: Manifest = serde_json::from_slice(&text).map_err(|e| Error::json(&path, e))?;
     for entry in &manifest.files {
-        if !Path::new(&entry.path).components().all(|c| matches!(c, Component::Normal(_))) {
+        if !Path::new(&entry.path)
+            .components()
+            .all(|c| matches!(c, Component::Normal(_)))
+        {
             return Err(Error::Unknown {
                 what: "lake path",
                 got: entry.path.clone(),
@@ -271,16 +290,27 @@ pub fn verify(lake: &Path) -> Result<(usize, Vec<Finding>), Error> {
             } else {
                 return None;
             };
-            Some(Finding { path: entry.path.clone(), what })
+            Some(Finding {
+                path: entry.path.clone(),
+                what,
+            })
         })
         .collect();
     let known: BTreeSet<&str> = entries.iter().map(|e| e.path.as_str()).collect();
-    for table in tables.iter().filter(|t| t.hashed).map(|t| t.name).chain(["traces"]) {
+    for table in tables
+        .iter()
+        .filter(|t| t.hashed)
+        .map(|t| t.name)
+        .chain(["traces"])
+    {
         let mut found = Vec::new();
         list(&lake.join(table), table, &mut found);
         for path in found {
             if !known.contains(path.as_str()) {
-                findings.push(Finding { path, what: "is not in the manifest".to_owned() });
+                findings.push(Finding {
+                    path,
+                    what: "is not in the manifest".to_owned(),
+                });
             }
         }
     }
@@ -292,11 +322,19 @@ pub fn verify(lake: &Path) -> Result<(usize, Vec<Finding>), Error> {
 }
 
 fn list(dir: &Path, relative: &str, out: &mut Vec<String>) {
-    let Ok(entries) = fs::read_dir(dir) else { return };
+    let Ok(entries) = fs::read_dir(dir) else {
+        return;
+    };
     for entry in entries.flatten() {
-        let Ok(name) = entry.file_name().into_string() else { continue };
+        let Ok(name) = entry.file_name().into_string() else {
+            continue;
+        };
         let below = format!("{relative}/{name}");
-        if entry.path().is_dir() { list(&entry.path(), &below, out) } else { out.push(below) }
+        if entry.path().is_dir() {
+            list(&entry.path(), &below, out)
+        } else {
+            out.push(below)
+        }
     }
 }
 
@@ -305,11 +343,16 @@ pub fn violations(lake: &Path, entries: &[Entry]) -> Result<Vec<Finding>, Error>
     let mut findings = Vec::new();
     for entry in entries.iter().filter(|e| e.table == "beliefs") {
         let keys = path_keys(&entry.path);
-        let (Some(paper), Some(experiment)) = (keys.paper, keys.experiment) else { continue };
+        let (Some(paper), Some(experiment)) = (keys.paper, keys.experiment) else {
+            continue;
+        };
         let infos: Vec<rows::EstimatorInfo> =
             table::read(&lake.join(table_path("estimators", paper, experiment)))?;
-        let guaranteed: BTreeSet<_> =
-            infos.iter().filter(|i| i.guaranteed).map(|i| i.estimator.clone()).collect();
+        let guaranteed: BTreeSet<_> = infos
+            .iter()
+            .filter(|i| i.guaranteed)
+            .map(|i| i.estimator.clone())
+            .collect();
         if guaranteed.is_empty() {
             continue;
         }
@@ -339,7 +382,10 @@ fn catalog() -> Vec<Publication<'static>> {
         key: blake3::hash(text.as_bytes()).to_hex().to_string(),
         make: Box::new(move |path| write_synced(path, text.as_bytes()).map(|()| None)),
     };
-    vec![page(catalog_page(), "CATALOG.md"), page(data_package(), "datapackage.json")]
+    vec![
+        page(catalog_page(), "CATALOG.md"),
+        page(data_package(), "datapackage.json"),
+    ]
 }
 
 fn catalog_page() -> String {
@@ -360,7 +406,10 @@ fn catalog_page() -> String {
         for c in &table.columns {
             let null = if c.nullable { "yes" } else { "" };
             let kind = type_name(c);
-            text += &format!("| {} | {kind} | {null} | {} | {} |\n", c.name, c.unit, c.description);
+            text += &format!(
+                "| {} | {kind} | {null} | {} | {} |\n",
+                c.name, c.unit, c.description
+            );
         }
     }
     text
@@ -415,10 +464,18 @@ fn data_package() -> String {
 pub fn files_of(lake: &Path, entries: &[Entry], table: &str) -> Vec<PathBuf> {
     let hashed = tables().iter().any(|t| t.name == table && t.hashed);
     if hashed {
-        return entries.iter().filter(|e| e.table == table).map(|e| lake.join(&e.path)).collect();
+        return entries
+            .iter()
+            .filter(|e| e.table == table)
+            .map(|e| lake.join(&e.path))
+            .collect();
     }
     let mut found = Vec::new();
     list(&lake.join(table), table, &mut found);
     found.sort();
-    found.into_iter().filter(|p| p.ends_with(".parquet")).map(|p| lake.join(p)).collect()
+    found
+        .into_iter()
+        .filter(|p| p.ends_with(".parquet"))
+        .map(|p| lake.join(p))
+        .collect()
 }

@@ -24,8 +24,11 @@ pub struct Paper {
 
 /// The folders of the papers, in order.
 pub fn names() -> Vec<&'static str> {
-    let mut names: Vec<&str> =
-        FILES.iter().filter_map(|(path, _)| path.split_once('/')).map(|(paper, _)| paper).collect();
+    let mut names: Vec<&str> = FILES
+        .iter()
+        .filter_map(|(path, _)| path.split_once('/'))
+        .map(|(paper, _)| paper)
+        .collect();
     names.dedup();
     names
 }
@@ -65,8 +68,12 @@ fn one(name: &str) -> Result<Paper, Error> {
             _ if file.ends_with(".toml") => {
                 let experiments = Experiment::parse(&path, text)
                     .map_err(|fault| Error::Input(Box::new(fault)))?;
-                paper.texts.push((experiments.iter().map(|e| e.id.clone()).collect(), text));
-                paper.experiments.extend(experiments.into_iter().map(Arc::new));
+                paper
+                    .texts
+                    .push((experiments.iter().map(|e| e.id.clone()).collect(), text));
+                paper
+                    .experiments
+                    .extend(experiments.into_iter().map(Arc::new));
             }
             _ => {}
         }
@@ -80,12 +87,28 @@ fn one(name: &str) -> Result<Paper, Error> {
 impl Paper {
     /// The paper with every experiment made quick.
     pub fn quick(mut self) -> Self {
-        self.experiments = self.experiments.iter().map(|e| Arc::new(e.quick())).collect();
+        self.experiments = self
+            .experiments
+            .iter()
+            .map(|e| Arc::new(e.quick()))
+            .collect();
         self
     }
 
     /// The text of the file that gives experiment `id`.
     pub fn text(&self, id: &str) -> Option<&'static str> {
-        self.texts.iter().find(|(ids, _)| ids.iter().any(|i| i == id)).map(|(_, text)| *text)
+        self.texts
+            .iter()
+            .find(|(ids, _)| ids.iter().any(|i| i == id))
+            .map(|(_, text)| *text)
+    }
+
+    /// The path below `experiments/` of the file that gives experiment `id`.
+    pub fn file(&self, id: &str) -> Option<&'static str> {
+        let text = self.text(id)?;
+        FILES
+            .iter()
+            .find(|(_, t)| *t == text)
+            .map(|(path, _)| *path)
     }
 }

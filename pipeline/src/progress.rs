@@ -29,11 +29,17 @@ impl Progress {
         let bars = MultiProgress::new();
         let show = verbosity != Verbosity::Quiet && std::io::stderr().is_terminal();
         let bar = show.then(|| {
-            let style = ProgressStyle::with_template("{bar:32} {pos}/{len} runs, {eta} left  {wide_msg}")
-                .expect("the template is well formed");
+            let style =
+                ProgressStyle::with_template("{bar:32} {pos}/{len} runs, {eta} left  {wide_msg}")
+                    .expect("the template is well formed");
             bars.add(ProgressBar::new(total)).with_style(style)
         });
-        Self { bar, verbosity, start: Instant::now(), _bars: bars }
+        Self {
+            bar,
+            verbosity,
+            start: Instant::now(),
+            _bars: bars,
+        }
     }
 
     /// `n` more runs of a stage are done.
@@ -47,12 +53,16 @@ impl Progress {
     /// An experiment is done: `made` results are new, `found` were there.
     pub fn finish(&self, experiment: &str, made: usize, found: usize) {
         let seconds = self.start.elapsed().as_secs_f64();
-        self.say(Verbosity::Normal, &format!("{seconds:7.1} s  {experiment}: {made} results made, {found} found"));
+        self.say(
+            Verbosity::Normal,
+            &format!("{seconds:7.1} s  {experiment}: {made} results made, {found} found"),
+        );
     }
 
     /// Says a line above the bars.
     pub fn say(&self, at: Verbosity, line: &str) {
-        if self.verbosity == Verbosity::Quiet || (at == Verbosity::Verbose && self.verbosity != at) {
+        if self.verbosity == Verbosity::Quiet || (at == Verbosity::Verbose && self.verbosity != at)
+        {
             return;
         }
         match &self.bar {

@@ -7,7 +7,15 @@ use crate::error::Error;
 use serde::{Deserialize, Serialize};
 
 /// Kinds of printed numbers.
-pub const KINDS: &[&str] = &["exact", "rounded", "monte_carlo", "timing", "claim", "lost", "figure"];
+pub const KINDS: &[&str] = &[
+    "exact",
+    "rounded",
+    "monte_carlo",
+    "timing",
+    "claim",
+    "lost",
+    "figure",
+];
 
 /// A row of `published.csv`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -92,7 +100,8 @@ impl Comparison {
             }
         }
         let (a, b) = text.split_once("..")?;
-        Some(Self::Between(number(a)?, number(b)?)).filter(|c| matches!(c, Self::Between(a, b) if a <= b))
+        Some(Self::Between(number(a)?, number(b)?))
+            .filter(|c| matches!(c, Self::Between(a, b) if a <= b))
     }
 
     /// Whether it is true of `x`.
@@ -112,7 +121,9 @@ impl Comparison {
 /// right of the one slash is the divisor.
 pub fn value(printed: &str) -> Option<f64> {
     let product = |t: &str| {
-        t.split('*').try_fold(1.0, |p, factor| Some(p * factor.trim().parse::<f64>().ok()?))
+        t.split('*').try_fold(1.0, |p, factor| {
+            Some(p * factor.trim().parse::<f64>().ok()?)
+        })
     };
     let value = match printed.split_once('/') {
         None => product(printed)?,
@@ -134,7 +145,11 @@ pub fn half_unit(printed: &str) -> f64 {
 impl Published {
     /// The printed number, for kinds that have one.
     pub fn value(&self) -> Option<f64> {
-        if matches!(self.kind.as_str(), "claim" | "lost") { None } else { value(&self.printed) }
+        if matches!(self.kind.as_str(), "claim" | "lost") {
+            None
+        } else {
+            value(&self.printed)
+        }
     }
 
     /// True for the cell that `cell` maps.
@@ -147,7 +162,12 @@ fn read<T: for<'a> Deserialize<'a>>(file: &str, text: &str) -> Result<Vec<T>, Er
     let mut reader = csv::ReaderBuilder::new().from_reader(text.as_bytes());
     reader
         .deserialize()
-        .map(|row| row.map_err(|source| Error::CsvSyntax { file: file.to_owned(), source }))
+        .map(|row| {
+            row.map_err(|source| Error::CsvSyntax {
+                file: file.to_owned(),
+                source,
+            })
+        })
         .collect()
 }
 
@@ -165,7 +185,10 @@ pub fn read_published(file: &str, text: &str) -> Result<Vec<Published>, Error> {
             kind if !KINDS.contains(&kind) => return Err(wrong(&KINDS.join(", "), kind)),
             "claim" => {
                 if !row.tolerance.is_empty() && Comparison::parse(&row.tolerance).is_none() {
-                    return Err(wrong("a comparison such as >=0.95 or 0.4..0.6", &row.tolerance));
+                    return Err(wrong(
+                        "a comparison such as >=0.95 or 0.4..0.6",
+                        &row.tolerance,
+                    ));
                 }
             }
             "lost" => {}
@@ -217,18 +240,30 @@ mod tests {
 
     #[test]
     fn comparisons_are_read_and_decided() {
-        assert_eq!(Comparison::parse(">= 0.95"), Some(Comparison::AtLeast(0.95)));
-        assert_eq!(Comparison::parse("0.4..0.6"), Some(Comparison::Between(0.4, 0.6)));
+        assert_eq!(
+            Comparison::parse(">= 0.95"),
+            Some(Comparison::AtLeast(0.95))
+        );
+        assert_eq!(
+            Comparison::parse("0.4..0.6"),
+            Some(Comparison::Between(0.4, 0.6))
+        );
         assert_eq!(Comparison::parse("0.6..0.4"), None);
         assert_eq!(Comparison::parse("about 1"), None);
-        assert!(Comparison::Equal(1.0).holds(1.0) && !Comparison::Equal(1.0).holds(1.0_f64.next_down()));
+        assert!(
+            Comparison::Equal(1.0).holds(1.0) && !Comparison::Equal(1.0).holds(1.0_f64.next_down())
+        );
         assert!(!Comparison::Below(1.0).holds(1.0) && Comparison::Between(0.0, 1.0).holds(1.0));
     }
 
     #[test]
     fn a_wrong_row_is_named_by_its_line() {
-        let text = "table,row,column,printed,unit,kind,runs,tolerance,reason\nT,r,c,1.0,1,exakt,,,\n";
+        let text =
+            "table,row,column,printed,unit,kind,runs,tolerance,reason\nT,r,c,1.0,1,exakt,,,\n";
         let error = read_published("p.csv", text).unwrap_err().to_string();
-        assert!(error.contains("p.csv, line 2") && error.contains("exakt"), "{error}");
+        assert!(
+            error.contains("p.csv, line 2") && error.contains("exakt"),
+            "{error}"
+        );
     }
 }

@@ -40,29 +40,48 @@ pub fn context(lake: &Path) -> Result<(SQLContext, Vec<&'static str>), Error> {
 /// A Hive-partitioned folder of Parquet files; its keys are strings, whatever they look like.
 pub fn scan(folder: &Path) -> Result<LazyFrame, PolarsError> {
     let by_paper = ["published", "comparison", "timing_comparison"];
-    let paper_alone = folder.file_name().is_some_and(|name| by_paper.iter().any(|t| name == *t));
-    let keys: &[&str] = if paper_alone { &["paper"] } else { &["paper", "experiment"] };
+    let paper_alone = folder
+        .file_name()
+        .is_some_and(|name| by_paper.iter().any(|t| name == *t));
+    let keys: &[&str] = if paper_alone {
+        &["paper"]
+    } else {
+        &["paper", "experiment"]
+    };
     let mut arguments = ScanArgsParquet::default();
     arguments.hive_options.enabled = Some(true);
     arguments.hive_options.try_parse_dates = false;
-    arguments.hive_options.schema =
-        Some(Arc::new(keys.iter().map(|k| Field::new((*k).into(), DataType::String)).collect()));
+    arguments.hive_options.schema = Some(Arc::new(
+        keys.iter()
+            .map(|k| Field::new((*k).into(), DataType::String))
+            .collect(),
+    ));
     LazyFrame::scan_parquet(PlRefPath::new(folder.display().to_string()), arguments)
 }
 
 fn failure(e: &PolarsError, tables: &[&str]) -> Error {
-    Error::Query { message: e.to_string(), tables: tables.join(", ") }
+    Error::Query {
+        message: e.to_string(),
+        tables: tables.join(", "),
+    }
 }
 
 /// The result of a query.
 pub fn run(lake: &Path, sql: &str) -> Result<DataFrame, Error> {
     let (mut context, names) = context(lake)?;
-    context.execute(sql).and_then(LazyFrame::collect).map_err(|e| failure(&e, &names))
+    context
+        .execute(sql)
+        .and_then(LazyFrame::collect)
+        .map_err(|e| failure(&e, &names))
 }
 
 /// A frame as text.
 pub fn render(frame: &DataFrame, format: Format) -> String {
-    let names: Vec<String> = frame.get_column_names().iter().map(|n| n.to_string()).collect();
+    let names: Vec<String> = frame
+        .get_column_names()
+        .iter()
+        .map(|n| n.to_string())
+        .collect();
     let columns = frame.columns();
     let cell = |i: usize, row: usize| columns[i].get(row).unwrap_or(AnyValue::Null);
     match format {
@@ -82,13 +101,20 @@ pub fn render(frame: &DataFrame, format: Format) -> String {
         Format::Csv => {
             let mut writer = csv::Writer::from_writer(Vec::new());
             let record = |fields: Vec<String>, writer: &mut csv::Writer<Vec<u8>>| {
-                writer.write_record(&fields).expect("writing to memory does not fail");
+                writer
+                    .write_record(&fields)
+                    .expect("writing to memory does not fail");
             };
             record(names.clone(), &mut writer);
             for row in 0..frame.height() {
-                record((0..names.len()).map(|i| text(&cell(i, row))).collect(), &mut writer);
+                record(
+                    (0..names.len()).map(|i| text(&cell(i, row))).collect(),
+                    &mut writer,
+                );
             }
-            let bytes = writer.into_inner().expect("writing to memory does not fail");
+            let bytes = writer
+                .into_inner()
+                .expect("writing to memory does not fail");
             String::from_utf8(bytes).expect("the fields are UTF-8")
         }
         Format::Table => {
@@ -109,7 +135,10 @@ pub fn aligned(header: &[String], rows: impl Iterator<Item = Vec<String>>) -> St
     for row in rows {
         table.add_row(row);
     }
-    table.lines().map(|line| line.trim_end().to_owned() + "\n").collect()
+    table
+        .lines()
+        .map(|line| line.trim_end().to_owned() + "\n")
+        .collect()
 }
 
 fn text(value: &AnyValue) -> String {
@@ -153,5 +182,7 @@ pub fn table(lake: &Path, name: &str) -> Result<Option<LazyFrame>, Error> {
     if files_of(lake, &entries, name).is_empty() {
         return Ok(None);
     }
-    scan(&lake.join(name)).map(|frame| Some(frame.lazy())).map_err(|e| failure(&e, &[name]))
+    scan(&lake.join(name))
+        .map(|frame| Some(frame.lazy()))
+        .map_err(|e| failure(&e, &[name]))
 }

@@ -16,12 +16,18 @@ pub fn mean_sd(values: &[f64]) -> Option<(f64, f64)> {
 
 /// Sample skewness m₃ / m₂^{3/2}; 0 where all values are equal.
 pub fn skewness(values: &[f64]) -> f64 {
-    let Some((mean, _)) = mean_sd(values) else { return 0.0 };
+    let Some((mean, _)) = mean_sd(values) else {
+        return 0.0;
+    };
     let n = values.len() as f64;
     let moment = |p: i32| values.iter().map(|x| (x - mean).powi(p)).sum::<f64>() / n;
     let m2 = moment(2);
     // A spread at rounding level has no meaningful skewness.
-    if m2.sqrt() <= 1e-12 * mean.abs() { 0.0 } else { moment(3) / (m2 * m2.sqrt()) }
+    if m2.sqrt() <= 1e-12 * mean.abs() {
+        0.0
+    } else {
+        moment(3) / (m2 * m2.sqrt())
+    }
 }
 
 /// The quantile of Student's t with `dof` ≥ 1 degrees of freedom at probability `p` in (1/2, 1):
@@ -39,7 +45,11 @@ pub fn student_t(p: f64, dof: usize) -> f64 {
         if mid <= lo || mid >= hi {
             break;
         }
-        if probability(mid) > tail { lo = mid } else { hi = mid }
+        if probability(mid) > tail {
+            lo = mid
+        } else {
+            hi = mid
+        }
     }
     0.5 * (lo + hi)
 }
@@ -80,7 +90,9 @@ fn incomplete_beta(a: f64, b: f64, x: f64) -> f64 {
 /// The offsets [lo, hi] such that a mean of `m` runs lies in (our mean + offsets) with probability 99 %,
 /// for a Gaussian spread: ± t · √(sd²/m + sd²/n), t the two-sided 99 % quantile at n − 1 degrees of freedom.
 pub fn prediction_offsets(values: &[f64], m: usize) -> (f64, f64) {
-    let Some((_, sd)) = mean_sd(values) else { return (0.0, 0.0) };
+    let Some((_, sd)) = mean_sd(values) else {
+        return (0.0, 0.0);
+    };
     let (n, m) = (values.len(), m.max(1));
     if n < 2 {
         return (0.0, 0.0);
@@ -101,7 +113,11 @@ fn bootstrap_offsets(values: &[f64], m: usize) -> (f64, f64) {
 /// The offsets of a statistic of two means over the same runs, such as their ratio: the 0.5 % and 99.5 %
 /// quantiles of (statistic over m runs) − (statistic over n runs), the runs drawn in pairs, 2000 times from
 /// a fixed seed.
-pub fn paired_offsets(pairs: &[(f64, f64)], m: usize, statistic: impl Fn(f64, f64) -> f64) -> (f64, f64) {
+pub fn paired_offsets(
+    pairs: &[(f64, f64)],
+    m: usize,
+    statistic: impl Fn(f64, f64) -> f64,
+) -> (f64, f64) {
     const RESAMPLES: usize = 2000;
     if pairs.len() < 2 {
         return (0.0, 0.0);
@@ -116,10 +132,14 @@ pub fn paired_offsets(pairs: &[(f64, f64)], m: usize, statistic: impl Fn(f64, f6
         }
         statistic(x / count as f64, y / count as f64)
     };
-    let mut differences: Vec<f64> =
-        (0..RESAMPLES).map(|_| resample(m.max(1)) - resample(pairs.len())).collect();
+    let mut differences: Vec<f64> = (0..RESAMPLES)
+        .map(|_| resample(m.max(1)) - resample(pairs.len()))
+        .collect();
     differences.sort_by(f64::total_cmp);
-    (differences[RESAMPLES / 200 - 1], differences[RESAMPLES - RESAMPLES / 200])
+    (
+        differences[RESAMPLES / 200 - 1],
+        differences[RESAMPLES - RESAMPLES / 200],
+    )
 }
 
 /// A number below `n` from SplitMix64; the bias of the multiplication is below 2⁻⁴⁰ here.
@@ -146,7 +166,11 @@ mod tests {
             (0.995, 199, 2.600_760_216),
             (0.99, 5, 3.364_929_999),
         ] {
-            assert!((student_t(p, dof) - t).abs() < 1e-8 * t, "{p} {dof}: {}", student_t(p, dof));
+            assert!(
+                (student_t(p, dof) - t).abs() < 1e-8 * t,
+                "{p} {dof}: {}",
+                student_t(p, dof)
+            );
         }
     }
 
@@ -162,7 +186,10 @@ mod tests {
         let values: Vec<f64> = (0..400).map(|i| f64::from(i) / 399.0 - 0.5).collect();
         let (lo, hi) = bootstrap_offsets(&values, 50);
         let (a, b) = prediction_offsets(&values, 50);
-        assert!((lo / a - 1.0).abs() < 0.15 && (hi / b - 1.0).abs() < 0.15, "{lo} {hi} {a} {b}");
+        assert!(
+            (lo / a - 1.0).abs() < 0.15 && (hi / b - 1.0).abs() < 0.15,
+            "{lo} {hi} {a} {b}"
+        );
     }
 
     #[test]

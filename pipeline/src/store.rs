@@ -46,7 +46,10 @@ pub struct Artifact {
 impl Artifact {
     /// The path of one of its files, if it has it.
     pub fn path(&self, name: &str) -> Option<PathBuf> {
-        self.files.iter().any(|f| f.name == name).then(|| self.dir.join(name))
+        self.files
+            .iter()
+            .any(|f| f.name == name)
+            .then(|| self.dir.join(name))
     }
 }
 
@@ -66,7 +69,9 @@ pub struct Target {
 impl std::fmt::Display for Target {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}/{}/{}", self.paper, self.experiment, self.stage)?;
-        self.estimator.as_ref().map_or(Ok(()), |e| write!(f, "/{e}"))
+        self.estimator
+            .as_ref()
+            .map_or(Ok(()), |e| write!(f, "/{e}"))
     }
 }
 
@@ -106,7 +111,11 @@ impl Store {
             .map_err(|e| Error::io("open", &path, e))?;
         match lock.try_lock() {
             Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Err(Error::Locked { path: lake.to_owned() }),
+            Err(TryLockError::WouldBlock) => {
+                return Err(Error::Locked {
+                    path: lake.to_owned(),
+                });
+            }
             Err(TryLockError::Error(e)) => return Err(Error::io("lock", &path, e)),
         }
         // What a killed process left half-written; the lock says that nobody is at work on it.
@@ -114,7 +123,10 @@ impl Store {
             fs::remove_dir_all(&tmp).map_err(|e| Error::io("clear", &tmp, e))?;
         }
         fs::create_dir_all(&tmp).map_err(|e| Error::io("create", &tmp, e))?;
-        Ok(Self { _lock: Some(lock), ..Self::read_only(lake) })
+        Ok(Self {
+            _lock: Some(lock),
+            ..Self::read_only(lake)
+        })
     }
 
     /// The store of `lake` to look at only.
@@ -147,13 +159,18 @@ impl Store {
             None => self.make(target.stage, &key, make)?,
         };
         self.remember(target, code, input)?;
-        self.checked.lock().expect("no holder panics").insert(key, artifact.clone());
+        self.checked
+            .lock()
+            .expect("no holder panics")
+            .insert(key, artifact.clone());
         Ok((artifact, made))
     }
 
     /// The artifact if it is there; its files are not hashed.
     pub fn peek(&self, stage: &str, code: &str, input: &Value) -> Option<Artifact> {
-        self.load(stage, &key(stage, code, input), false).ok().flatten()
+        self.load(stage, &key(stage, code, input), false)
+            .ok()
+            .flatten()
     }
 
     fn dir(&self, stage: &str, key: &str) -> PathBuf {
@@ -162,12 +179,17 @@ impl Store {
 
     fn load(&self, stage: &str, key: &str, verify: bool) -> Result<Option<Artifact>, Error> {
         let dir = self.dir(stage, key);
-        let Ok(text) = fs::read(dir.join(ARTIFACT)) else { return Ok(None) };
+        let Ok(text) = fs::read(dir.join(ARTIFACT)) else {
+            return Ok(None);
+        };
         let whole = serde_json::from_slice::<Artifact>(&text)
             .ok()
             .filter(|a| a.key == key && a.content == content(&a.files))
             .filter(|a| a.files.iter().all(|f| is_plain_name(&f.name)))
-            .map(|a| Artifact { dir: dir.clone(), ..a })
+            .map(|a| Artifact {
+                dir: dir.clone(),
+                ..a
+            })
             .filter(|a| a.files.iter().all(|f| is_whole(&dir, f, verify)));
         if whole.is_none() && verify {
             fs::remove_dir_all(&dir).map_err(|e| Error::io("remove the damaged", &dir, e))?;
@@ -202,11 +224,20 @@ impl Store {
         for name in names {
             let path = tmp.join(&name);
             let (bytes, blake3) = hash_file(&path)?;
-            files.push(FileEntry { hashed: !name.starts_with("timings"), name, bytes, blake3 });
+            files.push(FileEntry {
+                hashed: !name.starts_with("timings"),
+                name,
+                bytes,
+                blake3,
+            });
         }
         let dir = self.dir(stage, key);
-        let artifact =
-            Artifact { key: key.to_owned(), content: content(&files), files, dir: dir.clone() };
+        let artifact = Artifact {
+            key: key.to_owned(),
+            content: content(&files),
+            files,
+            dir: dir.clone(),
+        };
         let text = serde_json::to_vec_pretty(&artifact).map_err(|e| Error::json(tmp, e))?;
         write_synced(&tmp.join(ARTIFACT), &text)?;
         let parent = self.root.join(stage);
@@ -224,7 +255,11 @@ impl Store {
             Some(e) => format!("{}.{e}.json", target.stage),
             None => format!("{}.json", target.stage),
         };
-        self.root.join("targets").join(&target.paper).join(&target.experiment).join(name)
+        self.root
+            .join("targets")
+            .join(&target.paper)
+            .join(&target.experiment)
+            .join(name)
     }
 
     fn remember(&self, target: &Target, code: &str, input: &Value) -> Result<(), Error> {
@@ -252,8 +287,17 @@ impl Store {
             return Status::Missing;
         };
         let mut changes = Vec::new();
-        differences("", &old, &serde_json::json!({ "code": code, "input": input }), &mut changes);
-        if changes.is_empty() { Status::Missing } else { Status::Changed(changes) }
+        differences(
+            "",
+            &old,
+            &serde_json::json!({ "code": code, "input": input }),
+            &mut changes,
+        );
+        if changes.is_empty() {
+            Status::Missing
+        } else {
+            Status::Changed(changes)
+        }
     }
 }
 
@@ -295,11 +339,16 @@ pub fn canonical(value: &Value) -> String {
         Value::Object(map) => {
             let mut entries: Vec<_> = map.iter().collect();
             entries.sort_by_key(|(k, _)| k.as_str());
-            let parts: Vec<String> =
-                entries.iter().map(|(k, v)| format!("{}:{}", Value::from(k.as_str()), canonical(v))).collect();
+            let parts: Vec<String> = entries
+                .iter()
+                .map(|(k, v)| format!("{}:{}", Value::from(k.as_str()), canonical(v)))
+                .collect();
             format!("{{{}}}", parts.join(","))
         }
-        Value::Array(items) => format!("[{}]", items.iter().map(canonical).collect::<Vec<_>>().join(",")),
+        Value::Array(items) => format!(
+            "[{}]",
+            items.iter().map(canonical).collect::<Vec<_>>().join(",")
+        ),
         other => other.to_string(),
     }
 }
@@ -312,7 +361,10 @@ fn differences(at: &str, old: &Value, new: &Value, out: &mut Vec<(String, String
             keys.sort();
             keys.dedup();
             for k in keys {
-                let (x, y) = (a.get(k).unwrap_or(&Value::Null), b.get(k).unwrap_or(&Value::Null));
+                let (x, y) = (
+                    a.get(k).unwrap_or(&Value::Null),
+                    b.get(k).unwrap_or(&Value::Null),
+                );
                 differences(&format!("{at}/{k}"), x, y, out);
             }
         }
@@ -328,14 +380,20 @@ fn differences(at: &str, old: &Value, new: &Value, out: &mut Vec<(String, String
 
 fn short(value: &Value) -> String {
     let text = canonical(value);
-    if text.chars().count() > 60 { text.chars().take(57).chain("...".chars()).collect() } else { text }
+    if text.chars().count() > 60 {
+        text.chars().take(57).chain("...".chars()).collect()
+    } else {
+        text
+    }
 }
 
 /// Size and BLAKE3 of a file.
 pub fn hash_file(path: &Path) -> Result<(u64, String), Error> {
     let mut hasher = blake3::Hasher::new();
     let file = File::open(path).map_err(|e| Error::io("open", path, e))?;
-    hasher.update_reader(file).map_err(|e| Error::io("read", path, e))?;
+    hasher
+        .update_reader(file)
+        .map_err(|e| Error::io("read", path, e))?;
     Ok((hasher.count(), hasher.finalize().to_hex().to_string()))
 }
 
@@ -351,7 +409,9 @@ pub fn write_synced(path: &Path, content: &[u8]) -> Result<(), Error> {
 
 /// Syncs a folder, so that a rename in it survives a power cut.
 pub fn sync_dir(path: &Path) -> Result<(), Error> {
-    File::open(path).and_then(|d| d.sync_all()).map_err(|e| Error::io("sync", path, e))
+    File::open(path)
+        .and_then(|d| d.sync_all())
+        .map_err(|e| Error::io("sync", path, e))
 }
 
 #[cfg(test)]
@@ -360,7 +420,12 @@ mod tests {
     use serde_json::json;
 
     fn target() -> Target {
-        Target { paper: "p".into(), experiment: "e".into(), stage: "estimate", estimator: Some("kf".into()) }
+        Target {
+            paper: "p".into(),
+            experiment: "e".into(),
+            stage: "estimate",
+            estimator: Some("kf".into()),
+        }
     }
 
     fn make(dir: &Path) -> Result<(), Error> {
@@ -370,10 +435,15 @@ mod tests {
     #[test]
     fn a_finished_stage_is_not_run_again() {
         let lake = tempfile::tempdir().unwrap();
-        let (first, made) = Store::open(lake.path()).unwrap().run(&target(), "c", &json!({"n": 1}), make).unwrap();
+        let (first, made) = Store::open(lake.path())
+            .unwrap()
+            .run(&target(), "c", &json!({"n": 1}), make)
+            .unwrap();
         assert!(made);
         let store = Store::open(lake.path()).unwrap();
-        let (second, made) = store.run(&target(), "c", &json!({"n": 1}), |_| panic!("ran again")).unwrap();
+        let (second, made) = store
+            .run(&target(), "c", &json!({"n": 1}), |_| panic!("ran again"))
+            .unwrap();
         assert!(!made);
         assert_eq!(first.content, second.content);
     }
@@ -382,7 +452,10 @@ mod tests {
     fn a_damaged_artifact_is_made_anew() {
         for damage in ["changed", "truncated", "removed", "listing"] {
             let lake = tempfile::tempdir().unwrap();
-            let (artifact, _) = Store::open(lake.path()).unwrap().run(&target(), "c", &json!(1), make).unwrap();
+            let (artifact, _) = Store::open(lake.path())
+                .unwrap()
+                .run(&target(), "c", &json!(1), make)
+                .unwrap();
             let path = artifact.path("a.txt").unwrap();
             match damage {
                 "changed" => fs::write(&path, b"hellO").unwrap(),
@@ -390,7 +463,10 @@ mod tests {
                 "removed" => fs::remove_file(&path).unwrap(),
                 _ => fs::write(path.with_file_name(ARTIFACT), b"{").unwrap(),
             }
-            let (again, made) = Store::open(lake.path()).unwrap().run(&target(), "c", &json!(1), make).unwrap();
+            let (again, made) = Store::open(lake.path())
+                .unwrap()
+                .run(&target(), "c", &json!(1), make)
+                .unwrap();
             assert!(made, "{damage}");
             assert_eq!(fs::read(again.path("a.txt").unwrap()).unwrap(), b"hello");
         }
@@ -400,7 +476,11 @@ mod tests {
     fn a_failed_stage_leaves_nothing() {
         let lake = tempfile::tempdir().unwrap();
         let store = Store::open(lake.path()).unwrap();
-        let fail = |dir: &Path| Err(Error::NoLake { path: dir.to_owned() });
+        let fail = |dir: &Path| {
+            Err(Error::NoLake {
+                path: dir.to_owned(),
+            })
+        };
         assert!(store.run(&target(), "c", &json!(1), fail).is_err());
         assert_eq!(store.status(&target(), "c", &json!(1)), Status::Missing);
     }
@@ -409,8 +489,13 @@ mod tests {
     fn a_changed_input_is_explained_by_the_part_that_differs() {
         let lake = tempfile::tempdir().unwrap();
         let store = Store::open(lake.path()).unwrap();
-        store.run(&target(), "c", &json!({"phi": 100, "eta": 0.5}), make).unwrap();
-        assert_eq!(store.status(&target(), "c", &json!({"eta": 0.5, "phi": 100})), Status::Cached);
+        store
+            .run(&target(), "c", &json!({"phi": 100, "eta": 0.5}), make)
+            .unwrap();
+        assert_eq!(
+            store.status(&target(), "c", &json!({"eta": 0.5, "phi": 100})),
+            Status::Cached
+        );
         assert_eq!(
             store.status(&target(), "c", &json!({"phi": 200, "eta": 0.5})),
             Status::Changed(vec![("/input/phi".into(), "100".into(), "200".into())])
@@ -421,6 +506,9 @@ mod tests {
     fn a_lake_serves_one_writer_at_a_time() {
         let lake = tempfile::tempdir().unwrap();
         let _first = Store::open(lake.path()).unwrap();
-        assert!(matches!(Store::open(lake.path()), Err(Error::Locked { .. })));
+        assert!(matches!(
+            Store::open(lake.path()),
+            Err(Error::Locked { .. })
+        ));
     }
 }

@@ -13,11 +13,14 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int32Type, Int64Type};
 use arrow_array::{Array, ArrayRef, RecordBatch};
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
-use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::arrow::{ArrowSchemaConverter, ArrowWriter, add_encoded_arrow_schema_to_metadata};
 use parquet::basic::{Compression, Encoding, ZstdLevel};
-use parquet::file::metadata::{KeyValue, SortingColumn};
+use parquet::column::writer::ColumnCloseResult;
+use parquet::errors::ParquetError;
+use parquet::file::metadata::{KeyValue, PageIndexPolicy, ParquetMetaDataReader, SortingColumn};
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
+use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::ColumnPath;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -99,24 +102,44 @@ macro_rules! cell {
                 Arc::new(builder.finish())
             }
             fn read(array: &dyn Array, i: usize) -> Option<Self> {
-                if array.is_null(i) { Some(None) } else { $read(array, i).map(Some) }
+                if array.is_null(i) {
+                    Some(None)
+                } else {
+                    $read(array, i).map(Some)
+                }
             }
         }
     };
 }
 
-cell!(Name, StringBuilder, DataType::Utf8, |s: &Name| s.to_string(), |a: &dyn Array, i| a
-    .as_string_opt::<i32>()
-    .map(|a| Name::from(a.value(i))));
-cell!(i32, Int32Builder, DataType::Int32, |x: &i32| *x, |a: &dyn Array, i| a
-    .as_primitive_opt::<Int32Type>()
-    .map(|a| a.value(i)));
-cell!(i64, Int64Builder, DataType::Int64, |x: &i64| *x, |a: &dyn Array, i| a
-    .as_primitive_opt::<Int64Type>()
-    .map(|a| a.value(i)));
-cell!(bool, BooleanBuilder, DataType::Boolean, |x: &bool| *x, |a: &dyn Array, i| a
-    .as_boolean_opt()
-    .map(|a| a.value(i)));
+cell!(
+    Name,
+    StringBuilder,
+    DataType::Utf8,
+    |s: &Name| s.to_string(),
+    |a: &dyn Array, i| a.as_string_opt::<i32>().map(|a| Name::from(a.value(i)))
+);
+cell!(
+    i32,
+    Int32Builder,
+    DataType::Int32,
+    |x: &i32| *x,
+    |a: &dyn Array, i| a.as_primitive_opt::<Int32Type>().map(|a| a.value(i))
+);
+cell!(
+    i64,
+    Int64Builder,
+    DataType::Int64,
+    |x: &i64| *x,
+    |a: &dyn Array, i| a.as_primitive_opt::<Int64Type>().map(|a| a.value(i))
+);
+cell!(
+    bool,
+    BooleanBuilder,
+    DataType::Boolean,
+    |x: &bool| *x,
+    |a: &dyn Array, i| a.as_boolean_opt().map(|a| a.value(i))
+);
 
 impl Cell for f64 {
     type Builder = Float64Builder;
@@ -183,7 +206,9 @@ impl Cell for Option<Vec<f64>> {
             return Some(None);
         }
         let values = array.value(i);
-        values.as_primitive_opt::<Float64Type>().map(|v| Some(v.values().to_vec()))
+        values
+            .as_primitive_opt::<Float64Type>()
+            .map(|v| Some(v.values().to_vec()))
     }
     fn is_nan(&self) -> bool {
         self.as_ref().is_some_and(|v| v.iter().any(|x| x.is_nan()))
@@ -279,7 +304,13 @@ impl<R: Row> TableWriter<R> {
         let file = File::create(path).map_err(|e| Error::io("create", path, e))?;
         let writer = ArrowWriter::try_new(file, schema.clone(), Some(properties::<R>(metadata)))
             .map_err(|e| Error::parquet(path, e))?;
-        Ok(Self { writer, schema, buffer: Vec::new(), path: path.to_owned(), rows: 0 })
+        Ok(Self {
+            writer,
+            schema,
+            buffer: Vec::new(),
+            path: path.to_owned(),
+            rows: 0,
+        })
     }
 
     /// Appends rows.
@@ -294,13 +325,17 @@ impl<R: Row> TableWriter<R> {
     }
 
     fn flush(&mut self) -> Result<(), Error> {
-        let columns = R::to_columns(&self.buffer)
-            .map_err(|column| Error::NotANumber { path: self.path.clone(), column: column.to_owned() })?;
+        let columns = R::to_columns(&self.buffer).map_err(|column| Error::NotANumber {
+            path: self.path.clone(),
+            column: column.to_owned(),
+        })?;
         self.rows += self.buffer.len();
         self.buffer.clear();
         let batch = RecordBatch::try_new(self.schema.clone(), columns)
             .map_err(|e| Error::parquet(&self.path, e.into()))?;
-        self.writer.write(&batch).map_err(|e| Error::parquet(&self.path, e))
+        self.writer
+            .write(&batch)
+            .map_err(|e| Error::parquet(&self.path, e))
     }
 
     /// Writes what is left and the footer, and syncs the file; returns the number of rows.
@@ -308,8 +343,13 @@ impl<R: Row> TableWriter<R> {
         if !self.buffer.is_empty() || self.rows == 0 {
             self.flush()?;
         }
-        let mut file = self.writer.into_inner().map_err(|e| Error::parquet(&self.path, e))?;
-        file.flush().and_then(|()| file.sync_all()).map_err(|e| Error::io("sync", &self.path, e))?;
+        let mut file = self
+            .writer
+            .into_inner()
+            .map_err(|e| Error::parquet(&self.path, e))?;
+        file.flush()
+            .and_then(|()| file.sync_all())
+            .map_err(|e| Error::io("sync", &self.path, e))?;
         Ok(self.rows)
     }
 }
@@ -317,17 +357,36 @@ impl<R: Row> TableWriter<R> {
 fn properties<R: Row>(metadata: &BTreeMap<String, String>) -> WriterProperties {
     let mut key_values = vec![
         KeyValue::new("zonobench.table".to_owned(), R::TABLE.to_owned()),
-        KeyValue::new("zonobench.description".to_owned(), R::DESCRIPTION.trim().to_owned()),
-        KeyValue::new("zonobench.schema_version".to_owned(), SCHEMA_VERSION.to_owned()),
-        KeyValue::new("zonobench.license".to_owned(), "MIT OR Apache-2.0".to_owned()),
+        KeyValue::new(
+            "zonobench.description".to_owned(),
+            R::DESCRIPTION.trim().to_owned(),
+        ),
+        KeyValue::new(
+            "zonobench.schema_version".to_owned(),
+            SCHEMA_VERSION.to_owned(),
+        ),
+        KeyValue::new(
+            "zonobench.license".to_owned(),
+            "MIT OR Apache-2.0".to_owned(),
+        ),
     ];
-    key_values.extend(metadata.iter().map(|(k, v)| KeyValue::new(format!("zonobench.{k}"), v.clone())));
+    key_values.extend(
+        metadata
+            .iter()
+            .map(|(k, v)| KeyValue::new(format!("zonobench.{k}"), v.clone())),
+    );
     let sorting = (0..R::SORTED_BY)
-        .map(|i| SortingColumn { column_idx: i as i32, descending: false, nulls_first: false })
+        .map(|i| SortingColumn {
+            column_idx: i as i32,
+            descending: false,
+            nulls_first: false,
+        })
         .collect();
     let mut builder = WriterProperties::builder()
         .set_created_by("zonobench".to_owned())
-        .set_compression(Compression::ZSTD(ZstdLevel::try_new(3).expect("3 is a zstd level")))
+        .set_compression(Compression::ZSTD(
+            ZstdLevel::try_new(3).expect("3 is a zstd level"),
+        ))
         .set_statistics_enabled(EnabledStatistics::Page)
         .set_max_row_group_row_count(Some(ROW_GROUP))
         .set_sorting_columns((R::SORTED_BY > 0).then_some(sorting))
@@ -335,9 +394,11 @@ fn properties<R: Row>(metadata: &BTreeMap<String, String>) -> WriterProperties {
     for column in R::columns() {
         let path = match column.data_type {
             DataType::Float64 => ColumnPath::from(column.name),
-            DataType::List(_) => {
-                ColumnPath::new(vec![column.name.to_owned(), "list".to_owned(), "item".to_owned()])
-            }
+            DataType::List(_) => ColumnPath::new(vec![
+                column.name.to_owned(),
+                "list".to_owned(),
+                "item".to_owned(),
+            ]),
             _ => continue,
         };
         // Noise-like doubles do not repeat: splitting the byte streams beats a dictionary.
@@ -360,19 +421,32 @@ pub fn write<R: Row>(
 }
 
 /// Reads a table batch by batch, checking that its columns are this table's.
-pub fn batches<R: Row>(path: &Path) -> Result<impl Iterator<Item = Result<RecordBatch, Error>>, Error> {
+pub fn batches<R: Row>(
+    path: &Path,
+) -> Result<impl Iterator<Item = Result<RecordBatch, Error>>, Error> {
     let file = File::open(path).map_err(|e| Error::io("open", path, e))?;
-    let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| Error::parquet(path, e))?;
+    let builder =
+        ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| Error::parquet(path, e))?;
     check_columns::<R>(path, builder.schema())?;
-    let reader = builder.with_batch_size(16_384).build().map_err(|e| Error::parquet(path, e))?;
+    let reader = builder
+        .with_batch_size(16_384)
+        .build()
+        .map_err(|e| Error::parquet(path, e))?;
     let path = path.to_owned();
     Ok(reader.map(move |batch| batch.map_err(|e| Error::parquet(&path, e.into()))))
 }
 
 /// Checks that a file's columns have this table's names and types, in order.
 pub fn check_columns<R: Row>(path: &Path, found: &Schema) -> Result<(), Error> {
-    let expected: Vec<_> = R::columns().iter().map(|c| format!("{} {}", c.name, c.data_type)).collect();
-    let got: Vec<_> = found.fields().iter().map(|f| format!("{} {}", f.name(), f.data_type())).collect();
+    let expected: Vec<_> = R::columns()
+        .iter()
+        .map(|c| format!("{} {}", c.name, c.data_type))
+        .collect();
+    let got: Vec<_> = found
+        .fields()
+        .iter()
+        .map(|f| format!("{} {}", f.name(), f.data_type()))
+        .collect();
     if expected == got {
         Ok(())
     } else {
@@ -389,11 +463,13 @@ pub fn for_each<R: Row>(path: &Path, mut f: impl FnMut(R)) -> Result<(), Error> 
     for batch in batches::<R>(path)? {
         let batch = batch?;
         for i in 0..batch.num_rows() {
-            f(R::from_columns(batch.columns(), i).map_err(|column| Error::Schema {
-                path: path.to_owned(),
-                expected: format!("column {column} of table {}", R::TABLE),
-                got: "another type".to_owned(),
-            })?);
+            f(
+                R::from_columns(batch.columns(), i).map_err(|column| Error::Schema {
+                    path: path.to_owned(),
+                    expected: format!("column {column} of table {}", R::TABLE),
+                    got: "another type".to_owned(),
+                })?,
+            );
         }
     }
     Ok(())
@@ -406,21 +482,119 @@ pub fn read<R: Row>(path: &Path) -> Result<Vec<R>, Error> {
     Ok(rows)
 }
 
-/// Concatenates files of one table in the given order into `path`, batch by batch.
+/// Concatenates files of one table in the given order into `path`, row group by row group: the pages are
+/// copied as they are. Returns the number of rows.
 pub fn concatenate<R: Row>(
     path: &Path,
     parts: &[std::path::PathBuf],
     metadata: &BTreeMap<String, String>,
 ) -> Result<usize, Error> {
-    let mut writer = TableWriter::<R>::create(path, metadata)?;
+    let arrow = schema::<R>();
+    let mut properties = properties::<R>(metadata);
+    add_encoded_arrow_schema_to_metadata(&arrow, &mut properties);
+    let parquet = ArrowSchemaConverter::new()
+        .convert(&arrow)
+        .map_err(|e| Error::parquet(path, e))?;
+    let file = File::create(path).map_err(|e| Error::io("create", path, e))?;
+    let mut writer =
+        SerializedFileWriter::new(file, parquet.root_schema_ptr(), Arc::new(properties))
+            .map_err(|e| Error::parquet(path, e))?;
+    let mut rows = 0;
     for part in parts {
-        for batch in batches::<R>(part)? {
-            let batch = batch?;
-            let batch = RecordBatch::try_new(writer.schema.clone(), batch.columns().to_vec())
-                .map_err(|e| Error::parquet(path, e.into()))?;
-            writer.rows += batch.num_rows();
-            writer.writer.write(&batch).map_err(|e| Error::parquet(path, e))?;
+        let input = File::open(part).map_err(|e| Error::io("open", part, e))?;
+        rows += append(&mut writer, &input).map_err(|e| Error::parquet(part, e))?;
+    }
+    let file = writer.into_inner().map_err(|e| Error::parquet(path, e))?;
+    file.sync_all().map_err(|e| Error::io("sync", path, e))?;
+    Ok(rows)
+}
+
+/// Appends the row groups of `input`; the writer checks that its columns are the same.
+fn append(writer: &mut SerializedFileWriter<File>, input: &File) -> Result<usize, ParquetError> {
+    let metadata = ParquetMetaDataReader::new()
+        .with_page_index_policy(PageIndexPolicy::Optional)
+        .parse_and_finish(input)?;
+    let mut rows = 0;
+    for (i, group) in metadata.row_groups().iter().enumerate() {
+        let mut out = writer.next_row_group()?;
+        for (j, column) in group.columns().iter().enumerate() {
+            let index = metadata.page_index();
+            let closed = ColumnCloseResult {
+                bytes_written: column.compressed_size() as u64,
+                rows_written: group.num_rows() as u64,
+                metadata: column.clone(),
+                bloom_filter: None,
+                column_index: index.and_then(|p| p.column_index(i, j)).cloned(),
+                offset_index: index.and_then(|p| p.offset_index(i, j)).cloned(),
+            };
+            out.append_column(input, closed)?;
+        }
+        out.close()?;
+        rows += group.num_rows() as usize;
+    }
+    Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rows::{Score, Set};
+
+    fn set(k: i32) -> Set {
+        Set {
+            estimator: "e".into(),
+            run: 0,
+            k,
+            phase: "updated".into(),
+            kind: "zonotope".into(),
+            center: Some(vec![f64::from(k), -0.5]),
+            generators: (k > 1).then(|| vec![1.0, f64::INFINITY]),
+            a: None,
+            b: Some(Vec::new()),
+            vertices: None,
         }
     }
-    writer.close()
+
+    #[test]
+    fn rows_come_back_as_they_were_and_files_join() {
+        let folder = tempfile::tempdir().unwrap();
+        let meta = BTreeMap::from([("stage".to_owned(), "test".to_owned())]);
+        let parts: Vec<_> = (0..3)
+            .map(|i| folder.path().join(format!("{i}.parquet")))
+            .collect();
+        write(&parts[0], [set(0), set(1)], &meta).unwrap();
+        write::<Set>(&parts[1], [], &meta).unwrap();
+        write(&parts[2], [set(2)], &meta).unwrap();
+        assert_eq!(read::<Set>(&parts[0]).unwrap(), [set(0), set(1)]);
+        let joined = folder.path().join("joined.parquet");
+        assert_eq!(concatenate::<Set>(&joined, &parts, &meta).unwrap(), 3);
+        assert_eq!(read::<Set>(&joined).unwrap(), [set(0), set(1), set(2)]);
+        let file = File::open(&joined).unwrap();
+        let builder = ParquetRecordBatchReaderBuilder::try_new(file).unwrap();
+        assert_eq!(
+            builder
+                .schema()
+                .field(5)
+                .metadata()
+                .get("unit")
+                .map(|u| &**u),
+            Some("state")
+        );
+    }
+
+    #[test]
+    fn not_a_number_is_refused_and_so_is_another_table() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.parquet");
+        let wrong = Set {
+            center: Some(vec![f64::NAN]),
+            ..set(0)
+        };
+        assert!(matches!(
+            write(&path, [wrong], &BTreeMap::new()),
+            Err(Error::NotANumber { .. })
+        ));
+        write(&path, [set(0)], &BTreeMap::new()).unwrap();
+        assert!(matches!(read::<Score>(&path), Err(Error::Schema { .. })));
+    }
 }

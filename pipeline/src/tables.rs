@@ -27,7 +27,11 @@ pub fn papers(lake: &Path) -> Result<Vec<String>, Error> {
     let mut papers: Vec<String> = entries
         .iter()
         .filter(|e| e.table == "comparison")
-        .filter_map(|e| e.path.split('/').find_map(|part| part.strip_prefix("paper=")))
+        .filter_map(|e| {
+            e.path
+                .split('/')
+                .find_map(|part| part.strip_prefix("paper="))
+        })
         .map(str::to_owned)
         .collect();
     papers.sort();
@@ -43,12 +47,18 @@ pub fn comparisons(lake: &Path, paper: &str) -> Result<Vec<Comparison>, Error> {
 /// The timing comparisons of a paper, if any were made.
 pub fn timing_comparisons(lake: &Path, paper: &str) -> Result<Vec<TimingComparison>, Error> {
     let path = lake.join(paper_table_path("timing_comparison", paper));
-    if path.exists() { table::read(&path) } else { Ok(Vec::new()) }
+    if path.exists() {
+        table::read(&path)
+    } else {
+        Ok(Vec::new())
+    }
 }
 
 /// How many cells have which verdict, by paper and table: (paper, table, verdict, cells).
 pub fn matrix(lake: &Path) -> Result<Vec<(String, String, String, usize)>, Error> {
-    let Some(frame) = query::table(lake, "comparison")? else { return Ok(Vec::new()) };
+    let Some(frame) = query::table(lake, "comparison")? else {
+        return Ok(Vec::new());
+    };
     let keys: [Expr; 3] = [col("paper"), col("table"), col("verdict")];
     let counted = frame
         .filter(col("reading").eq(lit("as-written")))
@@ -57,23 +67,38 @@ pub fn matrix(lake: &Path) -> Result<Vec<(String, String, String, usize)>, Error
         .lazy();
     let frame = collect(counted)?;
     let text = |name: &str, row: usize| {
-        frame.column(name).ok().and_then(|c| c.get(row).ok()).map(|v| v.get_str().map_or_else(|| v.to_string(), str::to_owned))
+        frame
+            .column(name)
+            .ok()
+            .and_then(|c| c.get(row).ok())
+            .map(|v| v.get_str().map_or_else(|| v.to_string(), str::to_owned))
     };
     let mut rows = Vec::new();
     for row in 0..frame.height() {
         let get = |name| text(name, row).unwrap_or_default();
-        rows.push((get("paper"), get("table"), get("verdict"), get("cells").parse().unwrap_or(0)));
+        rows.push((
+            get("paper"),
+            get("table"),
+            get("verdict"),
+            get("cells").parse().unwrap_or(0),
+        ));
     }
     Ok(rows)
 }
 
 fn collect(frame: LazyFrame) -> Result<polars::prelude::DataFrame, Error> {
-    frame.collect().map_err(|e| Error::Query { message: e.to_string(), tables: "comparison".to_owned() })
+    frame.collect().map_err(|e| Error::Query {
+        message: e.to_string(),
+        tables: "comparison".to_owned(),
+    })
 }
 
 /// The verdicts that a reader should look at first.
 pub fn is_finding(verdict: &str) -> bool {
-    matches!(verdict, "differs" | "does_not_hold" | "not_reproducible" | "error")
+    matches!(
+        verdict,
+        "differs" | "does_not_hold" | "not_reproducible" | "error"
+    )
 }
 
 /// The matrix of verdicts as text: a line a table, with counts.
@@ -89,15 +114,33 @@ pub fn matrix_text(lake: &Path) -> Result<String, Error> {
     let header = ["paper", "table", "cells", "reproduced", "verdicts"].map(str::to_owned);
     let rows = tables.into_iter().map(|((paper, table), counts)| {
         let all: usize = counts.values().sum();
-        let good: usize = counts.iter().filter(|(v, _)| !is_finding(v) && *v != "lost_in_source").map(|(_, n)| n).sum();
+        let good: usize = counts
+            .iter()
+            .filter(|(v, _)| !is_finding(v) && *v != "lost_in_source")
+            .map(|(_, n)| n)
+            .sum();
         let list: Vec<String> = counts.iter().map(|(v, n)| format!("{n} {v}")).collect();
-        vec![paper, table, all.to_string(), good.to_string(), list.join(", ")]
+        vec![
+            paper,
+            table,
+            all.to_string(),
+            good.to_string(),
+            list.join(", "),
+        ]
     });
     Ok(query::aligned(&header, rows))
 }
 
-const HEADER: [&str; 8] =
-    ["table", "row", "column", "reading", "published", "reproduced", "interval", "verdict"];
+const HEADER: [&str; 8] = [
+    "table",
+    "row",
+    "column",
+    "reading",
+    "published",
+    "reproduced",
+    "interval",
+    "verdict",
+];
 
 fn cells(c: &Comparison) -> Vec<String> {
     let interval = match (c.interval_lo, c.interval_hi) {
@@ -119,7 +162,12 @@ fn cells(c: &Comparison) -> Vec<String> {
 /// The tables of a paper (or one of them) as text.
 ///
 /// Fails where the lake has no such paper or table, naming those there are.
-pub fn render(lake: &Path, paper: Option<&str>, wanted: Option<&str>, format: Format) -> Result<String, Error> {
+pub fn render(
+    lake: &Path,
+    paper: Option<&str>,
+    wanted: Option<&str>,
+    format: Format,
+) -> Result<String, Error> {
     let papers = papers(lake)?;
     if let Some(paper) = paper
         && !papers.iter().any(|p| p == paper)
@@ -134,7 +182,8 @@ pub fn render(lake: &Path, paper: Option<&str>, wanted: Option<&str>, format: Fo
     let mut known = Vec::new();
     let mut csv = csv::Writer::from_writer(Vec::new());
     let write = |csv: &mut csv::Writer<Vec<u8>>, fields: &[String]| {
-        csv.write_record(fields).expect("writing to memory does not fail");
+        csv.write_record(fields)
+            .expect("writing to memory does not fail");
     };
     if format == Format::Csv {
         let mut header: Vec<String> = vec!["paper".to_owned()];
@@ -142,7 +191,10 @@ pub fn render(lake: &Path, paper: Option<&str>, wanted: Option<&str>, format: Fo
         header.push("reason".to_owned());
         write(&mut csv, &header);
     }
-    for name in papers.iter().filter(|p| paper.is_none_or(|wanted| wanted == *p)) {
+    for name in papers
+        .iter()
+        .filter(|p| paper.is_none_or(|wanted| wanted == *p))
+    {
         let all = comparisons(lake, name)?;
         let mut tables: Vec<&str> = Vec::new();
         for c in &all {
@@ -151,7 +203,10 @@ pub fn render(lake: &Path, paper: Option<&str>, wanted: Option<&str>, format: Fo
             }
         }
         known.extend(tables.iter().map(|t| format!("{name} {t:?}")));
-        for title in tables.iter().filter(|t| wanted.is_none_or(|w| w.eq_ignore_ascii_case(t))) {
+        for title in tables
+            .iter()
+            .filter(|t| wanted.is_none_or(|w| w.eq_ignore_ascii_case(t)))
+        {
             let rows: Vec<&Comparison> = all.iter().filter(|c| *c.table == **title).collect();
             match format {
                 Format::Csv => {
@@ -167,7 +222,8 @@ pub fn render(lake: &Path, paper: Option<&str>, wanted: Option<&str>, format: Fo
                     let header: Vec<String> = HEADER[1..].iter().map(|h| (*h).to_owned()).collect();
                     out += &query::aligned(&header, rows.iter().map(|c| cells(c).split_off(1)));
                     for c in rows.iter().filter(|c| is_finding(&c.verdict)) {
-                        out += &format!("  {} | {} ({}): {}\n", c.row, c.column, c.reading, c.reason);
+                        out +=
+                            &format!("  {} | {} ({}): {}\n", c.row, c.column, c.reading, c.reason);
                     }
                 }
                 Format::Latex => out += &latex(name, title, &rows),
@@ -179,7 +235,10 @@ pub fn render(lake: &Path, paper: Option<&str>, wanted: Option<&str>, format: Fo
         out = String::from_utf8(bytes).expect("the fields are UTF-8");
     }
     if let Some(wanted) = wanted
-        && !known.iter().any(|k| k.to_lowercase().contains(&format!("{:?}", wanted.to_lowercase())))
+        && !known.iter().any(|k| {
+            k.to_lowercase()
+                .contains(&format!("{:?}", wanted.to_lowercase()))
+        })
     {
         return Err(Error::Unknown {
             what: "table",
@@ -192,7 +251,11 @@ pub fn render(lake: &Path, paper: Option<&str>, wanted: Option<&str>, format: Fo
 
 fn latex(paper: &str, title: &str, rows: &[&Comparison]) -> String {
     let mut out = format!("% {paper}: {title}\n\\begin{{tabular}}{{lllrrll}}\n");
-    out += &HEADER[1..].iter().map(|h| tex(h)).collect::<Vec<_>>().join(" & ");
+    out += &HEADER[1..]
+        .iter()
+        .map(|h| tex(h))
+        .collect::<Vec<_>>()
+        .join(" & ");
     out += " \\\\\n\\hline\n";
     for c in rows {
         let fields: Vec<String> = cells(c)[1..].iter().map(|f| tex(f)).collect();

@@ -39,13 +39,22 @@ pub fn track(
     trackings
         .iter()
         .map(|tracking| {
-            let folder = if several { out.join(&tracking.id) } else { out.to_owned() };
+            let folder = if several {
+                out.join(&tracking.id)
+            } else {
+                out.to_owned()
+            };
             one(tracking, measurements, inputs, &folder)
         })
         .collect()
 }
 
-fn one(tracking: &Tracking, measurements: &Path, inputs: Option<&Path>, out: &Path) -> Result<Tracked, Error> {
+fn one(
+    tracking: &Tracking,
+    measurements: &Path,
+    inputs: Option<&Path>,
+    out: &Path,
+) -> Result<Tracked, Error> {
     let variables = tracking.problem.system.variables();
     let names = |list: &'_ [zonobench_estimation::system::Variable]| -> Vec<String> {
         list.iter().map(|v| v.name.clone()).collect()
@@ -62,7 +71,10 @@ fn one(tracking: &Tracking, measurements: &Path, inputs: Option<&Path>, out: &Pa
             return Err(Error::Unknown {
                 what: "recording of the inputs",
                 got: "(none)".to_owned(),
-                expected: format!("the system has inputs {}: name their file with --inputs", u_refs.join(", ")),
+                expected: format!(
+                    "the system has inputs {}: name their file with --inputs",
+                    u_refs.join(", ")
+                ),
             });
         }
     };
@@ -105,5 +117,10 @@ fn one(tracking: &Tracking, measurements: &Path, inputs: Option<&Path>, out: &Pa
     let (from, to) = place("estimators.parquet");
     table::write::<EstimatorInfo>(&from, infos, &meta)?;
     fs::rename(&from, &to).map_err(|e| Error::io("write", &to, e))?;
-    Ok(Tracked { id: tracking.id.clone(), out: out.to_owned(), steps, inconsistent })
+    Ok(Tracked {
+        id: tracking.id.clone(),
+        out: out.to_owned(),
+        steps,
+        inconsistent,
+    })
 }

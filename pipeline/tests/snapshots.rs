@@ -15,12 +15,18 @@ use zonobench::table::{self, Name};
 
 fn workspace() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    here.parent().expect("the crate lies in the workspace").to_owned()
+    here.parent()
+        .expect("the crate lies in the workspace")
+        .to_owned()
 }
 
 fn lake() -> PathBuf {
     let own = workspace().join("lake");
-    let lake = if own.is_dir() { own } else { Path::new(env!("CARGO_TARGET_TMPDIR")).join("lake") };
+    let lake = if own.is_dir() {
+        own
+    } else {
+        Path::new(env!("CARGO_TARGET_TMPDIR")).join("lake")
+    };
     let reports = tempfile::tempdir().expect("a temporary folder");
     let status = Command::new(env!("CARGO_BIN_EXE_zonobench"))
         .args(["reproduce-all", "--quiet", "--lake"])
@@ -35,7 +41,11 @@ fn lake() -> PathBuf {
 
 /// Six significant digits.
 fn six(x: f64) -> String {
-    if x == 0.0 { "0".to_owned() } else { format!("{x:.5e}") }
+    if x == 0.0 {
+        "0".to_owned()
+    } else {
+        format!("{x:.5e}")
+    }
 }
 
 fn optional(x: Option<f64>, show: fn(f64) -> String) -> String {
@@ -57,7 +67,10 @@ fn comparison(lake: &Path, paper: &str) -> String {
         };
         let reproduced = optional(c.reproduced, four_digits);
         out += &format!("{} | {} | {} | {} | ", c.table, c.row, c.column, c.reading);
-        out += &format!("{} | {reproduced} | {interval} | {}\n", c.published, c.verdict);
+        out += &format!(
+            "{} | {reproduced} | {interval} | {}\n",
+            c.published, c.verdict
+        );
     }
     out
 }
@@ -73,7 +86,9 @@ struct Summary {
 
 impl Summary {
     fn add(&mut self, x: Option<f64>) {
-        let Some(x) = x.filter(|x| x.is_finite()) else { return };
+        let Some(x) = x.filter(|x| x.is_finite()) else {
+            return;
+        };
         self.n += 1;
         self.sum += x;
         self.lo = Some(self.lo.map_or(x, |lo| lo.min(x)));
@@ -82,7 +97,11 @@ impl Summary {
 
     fn text(&self) -> String {
         let mean = (self.n > 0).then(|| self.sum / self.n as f64);
-        let (lo, hi, mean) = (optional(self.lo, six), optional(self.hi, six), optional(mean, six));
+        let (lo, hi, mean) = (
+            optional(self.lo, six),
+            optional(self.hi, six),
+            optional(mean, six),
+        );
         format!("{} | {lo} | {hi} | {mean}", self.n)
     }
 }
@@ -91,34 +110,62 @@ fn experiment(lake: &Path, paper: &str, id: &str) -> String {
     let path = |table: &str| lake.join(table_path(table, paper, id));
     let mut out = String::from("# estimators\n");
     for e in table::read::<EstimatorInfo>(&path("estimators")).expect("estimators") {
-        out += &format!("{} | {} | guaranteed {} | ", e.estimator, e.kind, e.guaranteed);
-        out += &format!("reads {} | reports {} | {}\n", e.reads, e.reported_phase, e.settings);
+        out += &format!(
+            "{} | {} | guaranteed {} | ",
+            e.estimator, e.kind, e.guaranteed
+        );
+        out += &format!(
+            "reads {} | reports {} | {}\n",
+            e.reads, e.reported_phase, e.settings
+        );
     }
     out += "\n# scores: estimator | metric | component | over | runs | mean | sd\n";
     for s in table::read::<Score>(&path("scores")).expect("scores") {
         let (component, over) = (name(&s.component), name(&s.over));
-        let (mean, sd) = (optional(s.mean, six), optional(s.sd, six));
-        out += &format!("{} | {} | {component} | {over} | {} | {mean} | {sd}\n", s.estimator, s.metric, s.n_runs);
+        // A spread at rounding level is none.
+        let spread = s.sd.filter(|sd| *sd > 1e-12 * s.mean.unwrap_or(0.0).abs());
+        let (mean, sd) = (optional(s.mean, six), optional(spread, six));
+        out += &format!(
+            "{} | {} | {component} | {over} | {} | {mean} | {sd}\n",
+            s.estimator, s.metric, s.n_runs
+        );
     }
     out += "\n# the large tables: subject | values | least | greatest | mean\n";
     let mut columns: BTreeMap<String, Summary> = BTreeMap::new();
     let mut add = |subject: String, x: Option<f64>| columns.entry(subject).or_default().add(x);
-    table::for_each::<Truth>(&path("truth"), |t| add(format!("truth {}", t.component), Some(t.value)))
-        .expect("truth");
+    table::for_each::<Truth>(&path("truth"), |t| {
+        add(format!("truth {}", t.component), Some(t.value))
+    })
+    .expect("truth");
     table::for_each::<Estimate>(&path("estimates"), |e| {
         let subject = format!("estimates {} {} {}", e.estimator, e.phase, e.component);
         add(format!("{subject} center"), e.center);
-        add(format!("{subject} width"), e.upper.zip(e.lower).map(|(u, l)| u - l));
+        add(
+            format!("{subject} width"),
+            e.upper.zip(e.lower).map(|(u, l)| u - l),
+        );
     })
     .expect("estimates");
     table::for_each::<Belief>(&path("beliefs"), |b| {
         let subject = format!("beliefs {} {}", b.estimator, b.phase);
-        add(format!("{subject} n_generators"), b.n_generators.map(|n| n as f64));
-        add(format!("{subject} n_constraints"), b.n_constraints.map(|n| n as f64));
+        add(
+            format!("{subject} n_generators"),
+            b.n_generators.map(|n| n as f64),
+        );
+        add(
+            format!("{subject} n_constraints"),
+            b.n_constraints.map(|n| n as f64),
+        );
         add(format!("{subject} pivots"), Some(b.pivots as f64));
-        add(format!("{subject} contains_truth"), b.contains_truth.map(|c| f64::from(u8::from(c))));
+        add(
+            format!("{subject} contains_truth"),
+            b.contains_truth.map(|c| f64::from(u8::from(c))),
+        );
         let n = b.covariance.as_ref().map_or(0, |p| p.len().isqrt());
-        add(format!("{subject} trace of P"), b.covariance.map(|p| p.iter().step_by(n + 1).sum()));
+        add(
+            format!("{subject} trace of P"),
+            b.covariance.map(|p| p.iter().step_by(n + 1).sum()),
+        );
     })
     .expect("beliefs");
     table::for_each::<Set>(&path("sets"), |s| {
@@ -127,7 +174,7 @@ fn experiment(lake: &Path, paper: &str, id: &str) -> String {
     })
     .expect("sets");
     let metrics = table::read::<Metric>(&path("metrics")).expect("metrics");
-    for (subject, summary) in columns {
+    for (subject, summary) in columns.into_iter().filter(|(_, summary)| summary.n > 0) {
         out += &format!("{subject} | {}\n", summary.text());
     }
     out + &format!("metrics | {} rows\n", metrics.len())

@@ -4,20 +4,24 @@
 //! input gives the same bits on every processor, because products and sums have a fixed order, no
 //! multiplication is fused, and transcendental functions come from `libm`.
 
+pub mod constrained_zonotope;
 pub mod containment;
 pub mod ellipsoid;
 pub mod error;
 pub mod interval_matrix;
 pub mod interval_vector;
+pub mod lp;
 pub mod matrix;
 pub mod number;
 pub mod ops;
 pub mod reduction;
 pub mod rounding;
 pub mod se2;
+pub mod strip;
 pub mod zonotope;
 pub mod zonotopic_gaussian;
 
+pub use constrained_zonotope::ConstrainedZonotope;
 pub use containment::Containment;
 pub use ellipsoid::Ellipsoid;
 pub use error::SetError;

@@ -49,7 +49,10 @@ pub fn make(
 ) -> Result<(), Error> {
     let mut scores = BTreeMap::new();
     for (experiment, path) in metrics {
-        scores.insert((*experiment).to_owned(), by_subject(table::read::<Metric>(path)?));
+        scores.insert(
+            (*experiment).to_owned(),
+            by_subject(table::read::<Metric>(path)?),
+        );
     }
     let results = Results { paper, scores };
     let published = paper.published.iter().map(|p| rows::Published {
@@ -75,7 +78,8 @@ pub fn make(
     if scale == Scale::Quick {
         for c in &mut comparisons {
             c.verdict = "quick".into();
-            c.reason = "a smoke run with few runs and steps: its numbers are compared with nothing".into();
+            c.reason =
+                "a smoke run with few runs and steps: its numbers are compared with nothing".into();
         }
     }
     table::write(&dir.join("comparison.parquet"), comparisons, &meta)?;
@@ -102,7 +106,12 @@ fn unmapped(p: &Published) -> Comparison {
     if p.kind == "lost" {
         row(p, "as-written", "lost_in_source", p.reason.clone())
     } else {
-        row(p, "as-written", "error", "no result is mapped to this cell".to_owned())
+        row(
+            p,
+            "as-written",
+            "error",
+            "no result is mapped to this cell".to_owned(),
+        )
     }
 }
 
@@ -121,16 +130,33 @@ struct Results<'a> {
 }
 
 impl Results<'_> {
-    fn values(&self, experiment: &str, estimator: &str, metric: &str, component: &str) -> Option<&[f64]> {
-        let found = self.scores.get(experiment)?.iter().find(|((e, m, c, _), _)| {
-            &**e == estimator && &**m == metric && c.as_deref().unwrap_or("") == component
-        });
-        found.map(|(_, values)| values.as_slice()).filter(|values| !values.is_empty())
+    fn values(
+        &self,
+        experiment: &str,
+        estimator: &str,
+        metric: &str,
+        component: &str,
+    ) -> Option<&[f64]> {
+        let found = self
+            .scores
+            .get(experiment)?
+            .iter()
+            .find(|((e, m, c, _), _)| {
+                &**e == estimator && &**m == metric && c.as_deref().unwrap_or("") == component
+            });
+        found
+            .map(|(_, values)| values.as_slice())
+            .filter(|values| !values.is_empty())
     }
 
     fn number(&self, p: &Published, cell: &Cell) -> Option<Number> {
         let runs = p.runs.unwrap_or(1);
-        let exactly = |value| Number { value, offsets: (0.0, 0.0), n: 1, sd: None };
+        let exactly = |value| Number {
+            value,
+            offsets: (0.0, 0.0),
+            n: 1,
+            sd: None,
+        };
         if cell.metric == "parameter" {
             let text = self.paper.text(&cell.experiment)?;
             return parameter(text, &cell.component).map(exactly);
@@ -138,11 +164,20 @@ impl Results<'_> {
         let of = |estimator: &str, metric: &str| {
             self.values(&cell.experiment, estimator, metric, &cell.component)
         };
-        let Some((derived, metric)) = cell.metric.strip_suffix(')').and_then(|m| m.split_once('(')) else {
+        let Some((derived, metric)) = cell
+            .metric
+            .strip_suffix(')')
+            .and_then(|m| m.split_once('('))
+        else {
             let values = of(&cell.estimator, &cell.metric)?;
             let (value, sd) = mean_sd(values)?;
             let sd = (values.len() > 1).then_some(sd);
-            return Some(Number { value, offsets: prediction_offsets(values, runs), n: values.len(), sd });
+            return Some(Number {
+                value,
+                offsets: prediction_offsets(values, runs),
+                n: values.len(),
+                sd,
+            });
         };
         let (over, over_metric) = cell.over.split_once(':').unwrap_or((&cell.over, metric));
         let (a, b) = (of(&cell.estimator, metric)?, of(over, over_metric)?);
@@ -156,16 +191,29 @@ impl Results<'_> {
             "percent" => Box::new(|x, y| 100.0 * (x / y)),
             "drop" => Box::new(|x, y| 100.0 - 100.0 * (x / y)),
             "wins" => {
-                let wins: Vec<f64> = pairs.iter().map(|(x, y)| f64::from(u8::from(x < y))).collect();
+                let wins: Vec<f64> = pairs
+                    .iter()
+                    .map(|(x, y)| f64::from(u8::from(x < y)))
+                    .collect();
                 let (value, sd) = mean_sd(&wins)?;
                 let offsets = prediction_offsets(&wins, runs);
-                return Some(Number { value, offsets, n: wins.len(), sd: Some(sd) });
+                return Some(Number {
+                    value,
+                    offsets,
+                    n: wins.len(),
+                    sd: Some(sd),
+                });
             }
             _ => return None,
         };
         let value = statistic(mean(a), mean(b));
         let offsets = paired_offsets(&pairs, runs, &statistic);
-        Some(Number { value, offsets, n: pairs.len(), sd: None })
+        Some(Number {
+            value,
+            offsets,
+            n: pairs.len(),
+            sd: None,
+        })
     }
 
     fn compare(&self, p: &Published, cell: &Cell) -> Comparison {
@@ -192,11 +240,17 @@ impl Results<'_> {
         let ours = number.value;
         let published = p.value();
         let half = half_unit(&p.printed);
-        let interval = (p.kind == "monte_carlo")
-            .then(|| (ours + number.offsets.0 - half, ours + number.offsets.1 + half));
+        let interval = (p.kind == "monte_carlo").then(|| {
+            (
+                ours + number.offsets.0 - half,
+                ours + number.offsets.1 + half,
+            )
+        });
         let rel_diff = published.filter(|v| *v != 0.0).map(|v| (ours - v) / v);
         let tolerance = p.tolerance.parse::<f64>().ok();
-        let close = published.zip(tolerance).is_some_and(|(v, t)| (ours - v).abs() <= t);
+        let close = published
+            .zip(tolerance)
+            .is_some_and(|(v, t)| (ours - v).abs() <= t);
         let verdict = match (p.kind.as_str(), published) {
             ("claim", _) => match Claim::parse(&p.tolerance) {
                 Some(claim) if claim.holds(ours) => "holds",
@@ -213,7 +267,10 @@ impl Results<'_> {
             (_, Some(_)) if close => "within_tolerance",
             _ => "differs",
         };
-        let explained = matches!(verdict, "differs" | "does_not_hold" | "lost_in_source" | "error");
+        let explained = matches!(
+            verdict,
+            "differs" | "does_not_hold" | "lost_in_source" | "error"
+        );
         let reason = if explained && !cell.finding.is_empty() {
             self.fill(&cell.finding, p, cell, &number, interval, rel_diff)
         } else {
@@ -276,7 +333,12 @@ impl Results<'_> {
     }
 }
 
-fn automatic(verdict: &str, p: &Published, number: &Number, interval: Option<(f64, f64)>) -> String {
+fn automatic(
+    verdict: &str,
+    p: &Published,
+    number: &Number,
+    interval: Option<(f64, f64)>,
+) -> String {
     let ours = four_digits(number.value);
     match (verdict, interval) {
         ("exact", _) => "the same number".to_owned(),
@@ -290,7 +352,10 @@ fn automatic(verdict: &str, p: &Published, number: &Number, interval: Option<(f6
             four_digits(hi)
         ),
         ("holds" | "does_not_hold", _) => {
-            format!("measured {ours} over {} runs; asked for {}: {}", number.n, p.tolerance, p.reason)
+            format!(
+                "measured {ours} over {} runs; asked for {}: {}",
+                number.n, p.tolerance, p.reason
+            )
         }
         ("lost_in_source", _) => format!("the printed value is lost; ours is {ours}"),
         ("error", _) => format!("{ours}: a claim without a comparison"),
@@ -310,7 +375,9 @@ pub fn four_digits(x: f64) -> String {
         return "0".to_owned();
     }
     let scientific = format!("{x:.3e}");
-    let Some((_, exponent)) = scientific.split_once('e') else { return scientific };
+    let Some((_, exponent)) = scientific.split_once('e') else {
+        return scientific;
+    };
     let exponent: i32 = exponent.parse().unwrap_or(0);
     if !(-4..6).contains(&exponent) {
         return scientific;
@@ -330,20 +397,28 @@ fn parameter(text: &str, path: &str) -> Option<f64> {
     let table = toml::de::DeTable::parse(text).ok()?;
     let mut at = DeValue::Table(table.into_inner());
     for part in path.replace('[', ".[").split('.') {
-        at = match (part.strip_prefix('[').and_then(|p| p.strip_suffix(']')), at) {
-            (Some(index), DeValue::Array(items)) => {
-                items.into_iter().nth(index.parse().ok()?)?.into_inner()
-            }
-            (None, DeValue::Table(mut table)) => table.remove(part)?.into_inner(),
-            (None, DeValue::Array(items)) => items.into_iter().map(|item| item.into_inner()).find(|item| {
-                let key = |k| item.get(k).and_then(|v| v.as_ref().as_str());
-                key("id").or(key("name")) == Some(part)
-            })?,
-            _ => return None,
-        };
+        at =
+            match (part.strip_prefix('[').and_then(|p| p.strip_suffix(']')), at) {
+                (Some(index), DeValue::Array(items)) => {
+                    items.into_iter().nth(index.parse().ok()?)?.into_inner()
+                }
+                (None, DeValue::Table(mut table)) => table.remove(part)?.into_inner(),
+                (None, DeValue::Array(items)) => items
+                    .into_iter()
+                    .map(|item| item.into_inner())
+                    .find(|item| {
+                        let key = |k| item.get(k).and_then(|v| v.as_ref().as_str());
+                        key("id").or(key("name")) == Some(part)
+                    })?,
+                _ => return None,
+            };
     }
     let number = at.as_float().map(|x| x.as_str().to_owned());
-    number.or_else(|| at.as_integer().map(|i| i.as_str().to_owned()))?.replace('_', "").parse().ok()
+    number
+        .or_else(|| at.as_integer().map(|i| i.as_str().to_owned()))?
+        .replace('_', "")
+        .parse()
+        .ok()
 }
 
 /// Each printed time beside ours, the mean time of a step in ms; `times` has the mean time of a step in ns
@@ -351,7 +426,10 @@ fn parameter(text: &str, path: &str) -> Option<f64> {
 ///
 /// A time is never better than `ordering_holds`: its rank among the printed times of its table's row is the
 /// same as ours.
-pub fn timings(paper: &Paper, times: &BTreeMap<(String, String), Vec<f64>>) -> Vec<TimingComparison> {
+pub fn timings(
+    paper: &Paper,
+    times: &BTreeMap<(String, String), Vec<f64>>,
+) -> Vec<TimingComparison> {
     let ours = |cell: &Cell, estimator: &str| {
         let values = times.get(&(cell.experiment.clone(), estimator.to_owned()))?;
         mean_sd(values).map(|(mean, _)| mean / 1e6)
@@ -360,7 +438,10 @@ pub fn timings(paper: &Paper, times: &BTreeMap<(String, String), Vec<f64>>) -> V
         .published
         .iter()
         .filter_map(|p| {
-            let cell = paper.cells.iter().find(|c| p.is(c) && c.metric == "timing")?;
+            let cell = paper
+                .cells
+                .iter()
+                .find(|c| p.is(c) && c.metric == "timing")?;
             let mut value = ours(cell, &cell.estimator);
             if !cell.over.is_empty() {
                 value = value.zip(ours(cell, &cell.over)).map(|(a, b)| a / b);
@@ -383,18 +464,26 @@ pub fn timings(paper: &Paper, times: &BTreeMap<(String, String), Vec<f64>>) -> V
             let (verdict, reason) = match mine {
                 None => ("error", "no time was measured".to_owned()),
                 Some((None, measured)) => in_words(p, cell, measured),
-                Some(_) if peers.len() < 2 => {
-                    ("differs", "a single printed time has no rank; another machine, another program".to_owned())
-                }
+                Some(_) if peers.len() < 2 => (
+                    "differs",
+                    "a single printed time has no rank; another machine, another program"
+                        .to_owned(),
+                ),
                 Some((Some(printed), measured)) => {
                     let same = peers.iter().all(|(theirs, ours)| {
                         (theirs < &printed) as i8 - (theirs > &printed) as i8 == 0
                             || (theirs < &printed) == (ours < &measured)
                     });
                     if same {
-                        ("ordering_holds", "its rank among the printed times is the same".to_owned())
+                        (
+                            "ordering_holds",
+                            "its rank among the printed times is the same".to_owned(),
+                        )
                     } else {
-                        ("differs", "the order of the measured times is another".to_owned())
+                        (
+                            "differs",
+                            "the order of the measured times is another".to_owned(),
+                        )
                     }
                 }
             };
@@ -416,10 +505,22 @@ fn in_words(p: &Published, cell: &Cell, measured: f64) -> (&'static str, String)
     let ratio = !cell.over.is_empty();
     let number = if ratio { measured } else { measured / 1e3 };
     let claim = Claim::parse(&p.tolerance).or(ratio.then_some(Claim::Below(1.0)));
-    let of = if ratio { format!("times the time of {}", cell.over) } else { "s".to_owned() };
+    let of = if ratio {
+        format!("times the time of {}", cell.over)
+    } else {
+        "s".to_owned()
+    };
     match claim {
-        Some(claim) if claim.holds(number) => ("ordering_holds", format!("{} {of}", four_digits(number))),
-        Some(_) => ("differs", format!("{} {of}; another machine, another program", four_digits(number))),
+        Some(claim) if claim.holds(number) => {
+            ("ordering_holds", format!("{} {of}", four_digits(number)))
+        }
+        Some(_) => (
+            "differs",
+            format!(
+                "{} {of}; another machine, another program",
+                four_digits(number)
+            ),
+        ),
         None => ("error", "a statement without a comparison".to_owned()),
     }
 }

@@ -178,18 +178,36 @@ impl<'a> Judged<'a> {
     fn run(&self, recordings: &Recordings, run: usize) -> Result<RunRows, Error> {
         let mut rows = RunRows::default();
         let mut times = Vec::with_capacity(self.job.steps + 1);
-        let mut steps =
-            track(self.estimator, self.job.steps, &recordings.u[run], &recordings.y[run]);
+        let mut steps = track(
+            self.estimator,
+            self.job.steps,
+            &recordings.u[run],
+            &recordings.y[run],
+        );
         loop {
             let start = Instant::now();
             let Some(step) = steps.next() else { break };
             times.push(start.elapsed().as_nanos() as i64);
             let truth = recordings.truth(run, step.k);
             if let Some(predicted) = &step.predicted {
-                self.judge(run, step.k, Phase::Predicted, predicted, truth.as_deref(), &mut rows);
+                self.judge(
+                    run,
+                    step.k,
+                    Phase::Predicted,
+                    predicted,
+                    truth.as_deref(),
+                    &mut rows,
+                );
             }
             match &step.updated {
-                Ok(updated) => self.judge(run, step.k, Phase::Updated, updated, truth.as_deref(), &mut rows),
+                Ok(updated) => self.judge(
+                    run,
+                    step.k,
+                    Phase::Updated,
+                    updated,
+                    truth.as_deref(),
+                    &mut rows,
+                ),
                 Err(EstimationError::Inconsistent { k }) => self.inconsistent(run, *k, &mut rows),
                 Err(source) => {
                     return Err(Error::Estimation {
@@ -224,7 +242,9 @@ impl<'a> Judged<'a> {
     ) {
         let center = belief.center();
         let hull = belief.interval_hull();
-        let bounded = hull.as_ref().is_none_or(|h| h.iter().all(|side| side.is_finite()));
+        let bounded = hull
+            .as_ref()
+            .is_none_or(|h| h.iter().all(|side| side.is_finite()));
         let status: Name = if bounded { "ok" } else { "unbounded" }.into();
         let phase_text: Name = phase_name(phase).into();
         for (i, component) in self.components.iter().enumerate() {
@@ -242,11 +262,13 @@ impl<'a> Judged<'a> {
         }
         let size = belief.size();
         let has_set = hull.is_some();
-        let contains = truth.filter(|_| has_set).and_then(|x| match belief.contains(x) {
-            Containment::Inside => Some(true),
-            Containment::Outside => Some(false),
-            Containment::Undecided => None,
-        });
+        let contains = truth
+            .filter(|_| has_set)
+            .and_then(|x| match belief.contains(x) {
+                Containment::Inside => Some(true),
+                Containment::Outside => Some(false),
+                Containment::Undecided => None,
+            });
         rows.beliefs.push(Belief {
             estimator: self.id.clone(),
             run: run as i32,
@@ -266,18 +288,24 @@ impl<'a> Judged<'a> {
             let wanted = self.job.output.sets.contains(&k);
             let traced = self.job.output.traces && phase == self.estimator.reported_phase();
             if wanted {
-                rows.sets.push(self.set(run, k, &phase_text, belief, usize::MAX));
+                rows.sets
+                    .push(self.set(run, k, &phase_text, belief, usize::MAX));
             }
             if traced {
-                rows.shapes.push(self.set(run, k, &phase_text, belief, TRACED_GENERATORS));
+                rows.shapes
+                    .push(self.set(run, k, &phase_text, belief, TRACED_GENERATORS));
             }
         }
     }
 
     fn set(&self, run: usize, k: usize, phase: &Name, belief: &AnyBelief, most: usize) -> Set {
         let shape = belief.shape();
-        let vertices = (self.components.len() == 2)
-            .then(|| outline(&shape, (0, 1)).into_iter().flatten().collect::<Vec<f64>>());
+        let vertices = (self.components.len() == 2).then(|| {
+            outline(&shape, (0, 1))
+                .into_iter()
+                .flatten()
+                .collect::<Vec<f64>>()
+        });
         Set {
             estimator: self.id.clone(),
             run: run as i32,
@@ -285,8 +313,14 @@ impl<'a> Judged<'a> {
             phase: phase.clone(),
             kind: shape.kind.into(),
             center: Some(shape.center),
-            generators: shape.generators.filter(|g| g.cols() <= most).map(|g| g.as_slice().to_vec()),
-            a: shape.constraints.as_ref().map(|(a, _)| a.as_slice().to_vec()),
+            generators: shape
+                .generators
+                .filter(|g| g.cols() <= most)
+                .map(|g| g.as_slice().to_vec()),
+            a: shape
+                .constraints
+                .as_ref()
+                .map(|(a, _)| a.as_slice().to_vec()),
             b: shape.constraints.map(|(_, b)| b),
             vertices: vertices.filter(|v| v.iter().all(|x| x.is_finite())),
         }
@@ -313,7 +347,13 @@ impl<'a> Judged<'a> {
 pub fn variables(problem: &Problem) -> Vec<rows::Variable> {
     let v = problem.system.variables();
     let mut out = Vec::new();
-    for (role, list) in [("x", &v.x), ("u", &v.u), ("w", &v.w), ("y", &v.y), ("v", &v.v)] {
+    for (role, list) in [
+        ("x", &v.x),
+        ("u", &v.u),
+        ("w", &v.w),
+        ("y", &v.y),
+        ("v", &v.v),
+    ] {
         out.extend(list.iter().enumerate().map(|(i, variable)| rows::Variable {
             role: role.into(),
             position: i as i32,

@@ -24,7 +24,10 @@ pub fn metadata(stage: &str, seed: Option<u64>) -> BTreeMap<String, String> {
     let mut map = BTreeMap::from([("stage".to_owned(), stage.to_owned())]);
     if let Some(seed) = seed {
         map.insert("seed_root".to_owned(), seed.to_string());
-        map.insert("rng".to_owned(), "ChaCha8 by counter (seed, purpose, run, step, component, attempt)".to_owned());
+        map.insert(
+            "rng".to_owned(),
+            "ChaCha8 by counter (seed, purpose, run, step, component, attempt)".to_owned(),
+        );
     }
     map
 }
@@ -45,7 +48,11 @@ pub struct Recordings {
 impl Recordings {
     /// Recorded data of one run, without a truth.
     pub fn recorded(u: Vec<Vec<f64>>, y: Vec<Vec<Option<f64>>>) -> Self {
-        Self { u: vec![u], y: vec![y], x: Vec::new() }
+        Self {
+            u: vec![u],
+            y: vec![y],
+            x: Vec::new(),
+        }
     }
 
     /// Reads the artifact of `simulate`.
@@ -81,7 +88,10 @@ impl Recordings {
 
     /// The true state at step `k` of `run` as computed.
     pub fn state(&self, run: usize, k: usize) -> Option<Vec<f64>> {
-        self.x.get(run)?.get(k).map(|x| x.iter().map(|(value, _)| *value).collect())
+        self.x
+            .get(run)?
+            .get(k)
+            .map(|x| x.iter().map(|(value, _)| *value).collect())
     }
 
     /// An enclosure of the true state at step `k` of `run`, where it is known to rounding.

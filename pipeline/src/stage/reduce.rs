@@ -110,7 +110,8 @@ fn read(
             }
             return;
         };
-        let point = series.phases[phase_index(&row.phase)][run][k].get_or_insert_with(Point::default);
+        let point =
+            series.phases[phase_index(&row.phase)][run][k].get_or_insert_with(Point::default);
         point.center.push(center);
         if let (Some(lower), Some(upper)) = (row.lower, row.upper) {
             point.lower.push(lower);
@@ -120,7 +121,9 @@ fn read(
     table::for_each::<Belief>(beliefs, |row| {
         let place = &mut series.phases[phase_index(&row.phase)][row.run as usize][row.k as usize];
         if let Some(point) = place {
-            point.covariance = row.covariance.map(|p| Matrix::from_fn(n, n, |i, j| p[i * n + j]));
+            point.covariance = row
+                .covariance
+                .map(|p| Matrix::from_fn(n, n, |i, j| p[i * n + j]));
             point.radius = row.radius;
             point.volume = row.volume;
             point.contains = row.contains_truth;
@@ -148,7 +151,13 @@ pub fn make(
                     expected: "estimates.parquet, beliefs.parquet".to_owned(),
                 })
             };
-            read(experiment, index, runs, &path("estimates.parquet")?, &path("beliefs.parquet")?)
+            read(
+                experiment,
+                index,
+                runs,
+                &path("estimates.parquet")?,
+                &path("beliefs.parquet")?,
+            )
         })
         .collect::<Result<_, _>>()?;
     let mut rows = Vec::new();
@@ -157,7 +166,11 @@ pub fn make(
             rows.extend(fold(experiment, recordings, &series, index, spec, s)?);
         }
     }
-    table::write(&dir.join("metrics.parquet"), rows, &metadata("reduce", Some(experiment.seed)))?;
+    table::write(
+        &dir.join("metrics.parquet"),
+        rows,
+        &metadata("reduce", Some(experiment.seed)),
+    )?;
     Ok(())
 }
 
@@ -170,8 +183,14 @@ fn fold(
     spec: &MetricSpec,
     s: &Series,
 ) -> Result<Vec<Metric>, Error> {
-    let other = |id: &Option<String>| id.as_ref().and_then(|id| series.iter().find(|o| o.id == *id));
-    let compared = [other(&spec.over), other(&spec.than), other(&spec.within)].into_iter().flatten().next();
+    let other = |id: &Option<String>| {
+        id.as_ref()
+            .and_then(|id| series.iter().find(|o| o.id == *id))
+    };
+    let compared = [other(&spec.over), other(&spec.than), other(&spec.within)]
+        .into_iter()
+        .flatten()
+        .next();
     if compared.is_some_and(|o| o.id == s.id) {
         return Ok(Vec::new());
     }
@@ -181,14 +200,22 @@ fn fold(
         run: 0,
         source,
     };
-    let components: Vec<Name> =
-        experiment.problem.system.variables().x.iter().map(|v| v.name.as_str().into()).collect();
+    let components: Vec<Name> = experiment
+        .problem
+        .system
+        .variables()
+        .x
+        .iter()
+        .map(|v| v.name.as_str().into())
+        .collect();
     let context = Context {
         steps: experiment.steps,
         spec,
         s,
         compared,
-        phase: spec.phase.map_or(s.reported, |p| phase_index(phase_name(p))),
+        phase: spec
+            .phase
+            .map_or(s.reported, |p| phase_index(phase_name(p))),
         compared_phase: spec
             .than_phase
             .or(spec.within_phase)
@@ -211,8 +238,10 @@ fn fold(
             _ => None,
         },
     };
-    let values: Vec<Vec<(Option<usize>, Option<f64>)>> =
-        (0..recordings.runs()).into_par_iter().map(|run| context.run(recordings, run)).collect();
+    let values: Vec<Vec<(Option<usize>, Option<f64>)>> = (0..recordings.runs())
+        .into_par_iter()
+        .map(|run| context.run(recordings, run))
+        .collect();
     // A metric without a value in any run does not apply to this kind of estimator.
     if values.iter().flatten().all(|(_, value)| value.is_none()) {
         return Ok(Vec::new());
@@ -223,7 +252,11 @@ fn fold(
     Ok(values
         .into_iter()
         .enumerate()
-        .flat_map(|(run, values)| values.into_iter().map(move |(component, value)| (run, component, value)))
+        .flat_map(|(run, values)| {
+            values
+                .into_iter()
+                .map(move |(component, value)| (run, component, value))
+        })
         .map(|(run, component, value)| Metric {
             estimator: id.clone(),
             run: run as i32,
@@ -237,16 +270,23 @@ fn fold(
 
 /// The width bound of [Meslem2018, Eq. (17)], as printed or corrected, for the noise boxes of `problem`.
 fn box_bound(problem: &Problem, bound: Bound) -> Result<f64, EstimationError> {
-    let parts = problem.system.linear_parts().ok_or(EstimationError::Unsupported {
-        kind: "box-state-est",
-        what: "the width bound of this system",
-        reason: "it holds for linear systems".into(),
-    })?;
+    let parts = problem
+        .system
+        .linear_parts()
+        .ok_or(EstimationError::Unsupported {
+            kind: "box-state-est",
+            what: "the width bound of this system",
+            reason: "it holds for linear systems".into(),
+        })?;
     let bound = match bound {
         Bound::Printed => printed_width_bound(&parts.a, &parts.c)?,
         Bound::Corrected => width_bound(&parts.a, &parts.c)?,
     };
-    let widest = |hull: IntervalVector| hull.iter().map(|side| side.hi() - side.lo()).fold(0.0, f64::max);
+    let widest = |hull: IntervalVector| {
+        hull.iter()
+            .map(|side| side.hi() - side.lo())
+            .fold(0.0, f64::max)
+    };
     Ok(bound.width(widest(problem.v.box_hull()), widest(problem.w.box_hull())))
 }
 
@@ -282,24 +322,35 @@ impl Context<'_> {
                     (Some(i), self.ratio_or(&window, run, square).map(f64::sqrt))
                 })
                 .collect(),
-            "radius" | "r_box" => {
-                one(self.ratio_or(&window, run, |_, p| p.half_widths().fold(f64::NAN, f64::max)))
-            }
+            "radius" | "r_box" => one(self.ratio_or(&window, run, |_, p| {
+                p.half_widths().fold(f64::NAN, f64::max)
+            })),
             "width" => {
                 let component =
                     |i: usize| (Some(i), self.ratio_or(&window, run, |_, p| width_of(p, i)));
                 let mut values: Vec<_> = (0..n).map(component).collect();
-                values.push((None, self.ratio_or(&window, run, |_, p| p.widths().fold(f64::NAN, f64::max))));
+                values.push((
+                    None,
+                    self.ratio_or(&window, run, |_, p| p.widths().fold(f64::NAN, f64::max)),
+                ));
                 values
             }
-            "volume" | "area" => one(self.ratio_or(&window, run, |_, p| p.volume.unwrap_or(f64::NAN))),
+            "volume" | "area" => {
+                one(self.ratio_or(&window, run, |_, p| p.volume.unwrap_or(f64::NAN)))
+            }
             "bound_ratio" => one(self.bound.and_then(|bound| {
-                sets().flat_map(|(_, p)| p.widths()).map(|w| w / bound).reduce(f64::max)
+                sets()
+                    .flat_map(|(_, p)| p.widths())
+                    .map(|w| w / bound)
+                    .reduce(f64::max)
             })),
             "contains" => one(share(window.iter().filter_map(|(_, p)| p.contains))),
             "outside" => {
                 let any = sets().next().is_some();
-                let lost = window.iter().filter(|(_, p)| p.contains == Some(false)).count();
+                let lost = window
+                    .iter()
+                    .filter(|(_, p)| p.contains == Some(false))
+                    .count();
                 one(any.then_some(lost as f64))
             }
             "inconsistent" => {
@@ -312,27 +363,38 @@ impl Context<'_> {
                         let q = self.compared?.at(self.compared_phase, run, *k)?;
                         let x = truth(*k)[i];
                         let (ours, theirs) = ((p.center[i] - x).abs(), (q.center[i] - x).abs());
-                        Some(if self.spec.strict { ours < theirs } else { ours <= theirs })
+                        Some(if self.spec.strict {
+                            ours < theirs
+                        } else {
+                            ours <= theirs
+                        })
                     });
                     (Some(i), share(better))
                 })
                 .collect(),
             "ellipsoid_contains" => one(share(window.iter().filter_map(|(k, p)| {
                 let sigma = self.ellipsoid?;
-                let ellipsoid = Ellipsoid::new(p.center.clone(), p.covariance.clone()?, sigma).ok()?;
+                let ellipsoid =
+                    Ellipsoid::new(p.center.clone(), p.covariance.clone()?, sigma).ok()?;
                 ellipsoid.contains(&truth(*k)).ok()
             }))),
             "ellipsoid_inside" => one(share(window.iter().filter_map(|(k, p)| {
                 let sigma = self.ellipsoid?;
-                let ellipsoid = Ellipsoid::new(p.center.clone(), p.covariance.clone()?, sigma).ok()?;
+                let ellipsoid =
+                    Ellipsoid::new(p.center.clone(), p.covariance.clone()?, sigma).ok()?;
                 let q = self.compared?.at(self.compared_phase, run, *k)?;
-                ellipsoid.is_inside(&IntervalVector::from_bounds(&q.lower, &q.upper).ok()?).ok()
+                ellipsoid
+                    .is_inside(&IntervalVector::from_bounds(&q.lower, &q.upper).ok()?)
+                    .ok()
             }))),
             "center_inside" => one(share(window.iter().filter_map(|(k, p)| {
                 let q = self.compared?.at(self.compared_phase, run, *k)?;
                 q.has_set().then(|| {
                     let sides = q.lower.iter().zip(&q.upper);
-                    p.center.iter().zip(sides).all(|(c, (l, u))| l <= c && c <= u)
+                    p.center
+                        .iter()
+                        .zip(sides)
+                        .all(|(c, (l, u))| l <= c && c <= u)
                 })
             }))),
             "boundary" => (0..n)
@@ -367,7 +429,9 @@ impl Context<'_> {
             sum += term;
             count += 1;
         }
-        (count > 0).then(|| sum / count as f64).filter(|mean| !mean.is_nan())
+        (count > 0)
+            .then(|| sum / count as f64)
+            .filter(|mean| !mean.is_nan())
     }
 }
 

@@ -36,26 +36,33 @@ pub fn by_subject(metrics: Vec<Metric>) -> Vec<(Subject, Vec<f64>)> {
 
 /// Writes `scores.parquet`.
 pub fn make(metrics: &Path, dir: &Path) -> Result<(), Error> {
-    let scores = by_subject(table::read::<Metric>(metrics)?).into_iter().map(|(subject, values)| {
-        let (estimator, metric, component, over) = subject;
-        let spread = mean_sd(&values);
-        let interval = spread.filter(|_| values.len() > 1).map(|(mean, sd)| {
-            let n = values.len();
-            let half = student_t(0.975, n - 1) * sd / (n as f64).sqrt();
-            (mean - half, mean + half)
-        });
-        Score {
-            estimator,
-            metric,
-            component,
-            over,
-            n_runs: values.len() as i64,
-            mean: spread.map(|(mean, _)| mean),
-            sd: spread.filter(|_| values.len() > 1).map(|(_, sd)| sd),
-            ci_lo: interval.map(|i| i.0),
-            ci_hi: interval.map(|i| i.1),
-        }
-    });
-    table::write(&dir.join("scores.parquet"), scores, &metadata("score", None))?;
+    let scores =
+        by_subject(table::read::<Metric>(metrics)?)
+            .into_iter()
+            .map(|(subject, values)| {
+                let (estimator, metric, component, over) = subject;
+                let spread = mean_sd(&values);
+                let interval = spread.filter(|_| values.len() > 1).map(|(mean, sd)| {
+                    let n = values.len();
+                    let half = student_t(0.975, n - 1) * sd / (n as f64).sqrt();
+                    (mean - half, mean + half)
+                });
+                Score {
+                    estimator,
+                    metric,
+                    component,
+                    over,
+                    n_runs: values.len() as i64,
+                    mean: spread.map(|(mean, _)| mean),
+                    sd: spread.filter(|_| values.len() > 1).map(|(_, sd)| sd),
+                    ci_lo: interval.map(|i| i.0),
+                    ci_hi: interval.map(|i| i.1),
+                }
+            });
+    table::write(
+        &dir.join("scores.parquet"),
+        scores,
+        &metadata("score", None),
+    )?;
     Ok(())
 }

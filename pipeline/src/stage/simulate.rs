@@ -32,8 +32,16 @@ pub fn make(experiment: &Experiment, dir: &Path, done: &(dyn Fn(u64) + Sync)) ->
     let mut measurements = TableWriter::create(&dir.join("measurements.parquet"), &meta)?;
     let mut inputs = TableWriter::create(&dir.join("inputs.parquet"), &meta)?;
     let variables = experiment.problem.system.variables();
-    let names = |list: &[Variable]| list.iter().map(|v| Name::from(v.name.as_str())).collect::<Vec<_>>();
-    let (x_names, y_names, u_names) = (names(&variables.x), names(&variables.y), names(&variables.u));
+    let names = |list: &[Variable]| {
+        list.iter()
+            .map(|v| Name::from(v.name.as_str()))
+            .collect::<Vec<_>>()
+    };
+    let (x_names, y_names, u_names) = (
+        names(&variables.x),
+        names(&variables.y),
+        names(&variables.u),
+    );
     let runs: Vec<usize> = (0..experiment.runs).collect();
     for chunk in runs.chunks(64) {
         let trajectories: Vec<Trajectory> = chunk
@@ -48,7 +56,11 @@ pub fn make(experiment: &Experiment, dir: &Path, done: &(dyn Fn(u64) + Sync)) ->
                     experiment.steps,
                 );
                 done(1);
-                trajectory.map_err(|source| Error::Simulation { experiment: experiment.name(), run, source })
+                trajectory.map_err(|source| Error::Simulation {
+                    experiment: experiment.name(),
+                    run,
+                    source,
+                })
             })
             .collect::<Result<_, _>>()?;
         for (&run, t) in chunk.iter().zip(&trajectories) {

@@ -88,7 +88,9 @@ pub fn make(
         }
     }
     table::for_each::<Belief>(&path("beliefs.parquet")?, |row| {
-        let Some(step) = steps.get_mut(&(row.k as usize)).filter(|_| row.run == 0) else { return };
+        let Some(step) = steps.get_mut(&(row.k as usize)).filter(|_| row.run == 0) else {
+            return;
+        };
         if row.phase != info.reported_phase {
             return;
         }
@@ -100,19 +102,32 @@ pub fn make(
         push("trace_ggt", row.trace_ggt);
         push("n_generators", row.n_generators.map(|n| n as f64));
         push("n_constraints", row.n_constraints.map(|n| n as f64));
-        push("contains_truth", row.contains_truth.map(|c| f64::from(u8::from(c))));
+        push(
+            "contains_truth",
+            row.contains_truth.map(|c| f64::from(u8::from(c))),
+        );
     })?;
     table::for_each::<Set>(&path("shapes.parquet")?, |row| {
-        let Some(step) = steps.get_mut(&(row.k as usize)) else { return };
+        let Some(step) = steps.get_mut(&(row.k as usize)) else {
+            return;
+        };
         if let Some(vertices) = row.vertices {
             let polygon = vertices.chunks_exact(2).map(|p| [p[0], p[1]]).collect();
-            step.outlines = vec![Outline { axes: (0, 1), polygon }];
+            step.outlines = vec![Outline {
+                axes: (0, 1),
+                polygon,
+            }];
         }
         if let (Some(center), Some(generators)) = (row.center, row.generators)
             && n > 0
         {
             let m = generators.len() / n;
-            step.zonotope = Some(TraceZonotope { center, generators, n, m });
+            step.zonotope = Some(TraceZonotope {
+                center,
+                generators,
+                n,
+                m,
+            });
         }
     })?;
     let trace = Trace {
@@ -121,7 +136,11 @@ pub fn make(
         estimator: info.estimator.to_string(),
         kind: info.kind.to_string(),
         guaranteed: info.guaranteed,
-        names: variables.x.iter().map(|v| (v.name.clone(), v.unit.to_owned())).collect(),
+        names: variables
+            .x
+            .iter()
+            .map(|v| (v.name.clone(), v.unit.to_owned()))
+            .collect(),
         dt_s: experiment.problem.system.period().unwrap_or(1.0),
         metadata: metadata("trace", Some(experiment.seed)),
         params_toml: experiment.text.to_string(),
@@ -132,16 +151,22 @@ pub fn make(
     let out = dir.join("trace.mcap");
     let file = File::create(&out).map_err(|e| Error::io("create", &out, e))?;
     let mut writer = BufWriter::new(file);
-    write(&trace, &mut writer)
-        .map_err(|e| Error::Trace { path: out.clone(), message: e.to_string() })?;
-    let file = writer.into_inner().map_err(|e| Error::io("write", &out, e.into_error()))?;
+    write(&trace, &mut writer).map_err(|e| Error::Trace {
+        path: out.clone(),
+        message: e.to_string(),
+    })?;
+    let file = writer
+        .into_inner()
+        .map_err(|e| Error::io("write", &out, e.into_error()))?;
     file.sync_all().map_err(|e| Error::io("sync", &out, e))
 }
 
 /// The strips y − [v] ∋ C x of a linear measurement with bounded noise.
 fn measurement_rows(experiment: &Experiment) -> Vec<MeasurementRow> {
     let problem = &experiment.problem;
-    let Some(parts) = problem.system.linear_parts() else { return Vec::new() };
+    let Some(parts) = problem.system.linear_parts() else {
+        return Vec::new();
+    };
     let Some(noise) = problem.v.has_set().then(|| problem.v.box_hull()) else {
         return Vec::new();
     };

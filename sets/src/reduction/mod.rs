@@ -8,6 +8,8 @@
 pub mod combastel;
 pub mod girard;
 pub mod parallel;
+pub mod scott;
+pub mod yang_scott;
 
 use crate::matrix::abs_sum;
 use crate::{Matrix, SetError, Zonotope, ops, rounding};

@@ -1,0 +1,43 @@
+# Every command that a person types. `just` alone lists them.
+
+zonobench := "cargo zonobench"
+
+_list:
+    @just --list --unsorted
+
+# Rebuild every paper: lake, traces, tables, reports (--quick: a smoke run of under a minute)
+reproduce-all *ARGS:
+    cargo reproduce-all {{ ARGS }}
+
+# All tests
+test *ARGS:
+    cargo test-all {{ ARGS }}
+
+# Run the tests, then accept or reject each snapshot that changed
+review:
+    @cargo insta --version >/dev/null 2>&1 || { echo "just review needs cargo-insta: cargo install --locked cargo-insta" >&2; exit 1; }
+    -CI= INSTA_UPDATE=new INSTA_FORCE_PASS=1 cargo test-all --quiet
+    cargo insta review --workspace-root .
+
+# What CI runs, without the readers that it installs
+check:
+    .ci/run --local
+
+# Times of the costly operations, at the sizes that the papers use
+bench *ARGS:
+    cargo bench -p zonobench-sets -p zonobench-estimation --bench '*' -- {{ ARGS }}
+
+# Write reports/timings.csv, the only times that the committed reports show, from the lake
+record-timings LAKE="lake":
+    #!/usr/bin/env bash
+    set -euo pipefail
+    processor=$(sed -n 's/^model name[^:]*: *//p' /proc/cpuinfo 2>/dev/null | head -n 1)
+    processor=${processor:-$(sysctl -n machdep.cpu.brand_string 2>/dev/null || uname -m)}
+    draft=$(mktemp)
+    trap 'rm -f "$draft"' EXIT
+    {{ zonobench }} query --lake '{{ LAKE }}' --format csv "
+        SELECT paper, experiment, estimator, ROUND(MEDIAN(median_ns) / 1000.0, 3) AS median_step_us
+        FROM timings GROUP BY paper, experiment, estimator ORDER BY paper, experiment, estimator" > "$draft"
+    mkdir -p reports
+    awk -v processor="${processor//,/ }" 'NR == 1 { print $0 ",processor"; next } { print $0 "," processor }' "$draft" > reports/timings.csv
+    echo "$(($(wc -l < reports/timings.csv) - 1)) rows in reports/timings.csv, on $processor"

@@ -1,0 +1,252 @@
+//! Bounds that hold for any multipliers, and points that are checked.
+//!
+//! Weak duality over a box: for every ξ with |ξ| ≤ 1 and |Aξ − b| ≤ δ, and for **any** y,
+//!
+//! dᵀξ = yᵀAξ + (d − Aᵀy)ᵀξ ≤ bᵀy + |y|ᵀδ + ‖d − Aᵀy‖₁ =: core(d, y).
+//!
+//! **Rounding of core.** Let m, n be the numbers of rows and columns and
+//! S = ‖d‖₁ + Σ|y_i|(|A_i|1 + |b_i| + δ_i). Each summand d_j, y_iA_ij, y_ib_i, |y_i|δ_i passes through at
+//! most 1 rounding of its product, m of the sum d_j − Σ_i y_iA_ij, n − 1 of the sum over j, and 3 that join
+//! the parts: at most K = m + n + 3 (the sums over i of the other two parts are shorter). So the computed
+//! core is off by at most γ_K·S, γ_K = Ku/(1 − Ku). S itself is computed with nonnegative summands, the row
+//! weights |A_i|1 + |b_i| + δ_i being upper bounds, in at most m + n + 1 roundings, so it is at least
+//! (1 − γ_K)·S. The charge is
+//!
+//! e = (K + 5)·1.2e-16·S_computed,
+//!
+//! and 1.2e-16 ≥ 1.08u covers 1/((1 − Ku)(1 − γ_K)) as long as K ≤ 2⁴⁰; the 5u·S in excess cover a product
+//! that underflows (each loses at most 2⁻¹⁰⁷⁵, fewer than 2⁵² of them lose at most η/2) unless
+//! S < 2⁻⁹⁶⁹, and there the final + η does. U = next_up(core + e) + η; next_up pays for that sum. An
+//! infinity or NaN anywhere makes the bound +∞, and ⌈‖d‖₁⌉ (the bound of y = 0) caps it.
+//!
+//! **Emptiness.** With d = 0 a feasible ξ gives 0 ≤ bᵀz + |z|ᵀδ + ‖Aᵀz‖₁ for every z; so if
+//! U(0, −y) < 0 there is none.
+//!
+//! **Scaling.** Rows are multiplied by powers of two that bring their largest coefficient into [1, 2).
+//! It is exact, because a row is only scaled if scaling back returns every entry; so the scaled rows
+//! describe the same set, and everything here is about them.
+
+use crate::matrix::abs_sum;
+use crate::rounding::{ETA, gamma, up};
+use crate::{Matrix, SetError};
+
+/// The rows |Aξ − b| ≤ δ, equilibrated.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Program {
+    rows: usize,
+    cols: usize,
+    /// Row length in `a`, a multiple of [`LANES`]; the excess is zero.
+    stride: usize,
+    a: Vec<f64>,
+    b: Vec<f64>,
+    delta: Vec<f64>,
+    /// Upper bounds on |A_i|1 + |b_i| + δ_i.
+    weight: Vec<f64>,
+    /// The power of two that row i was multiplied by.
+    scale: Vec<f64>,
+}
+
+/// Rows are padded to a multiple of this.
+pub(super) const LANES: usize = 4;
+
+impl Program {
+    pub(super) fn rows(&self) -> usize {
+        self.rows
+    }
+
+    pub(super) fn cols(&self) -> usize {
+        self.cols
+    }
+
+    pub(super) fn stride(&self) -> usize {
+        self.stride
+    }
+
+    pub(super) fn coefficients(&self) -> &[f64] {
+        &self.a
+    }
+
+    pub(super) fn right_side(&self) -> &[f64] {
+        &self.b
+    }
+
+    pub(super) fn slack(&self) -> &[f64] {
+        &self.delta
+    }
+
+    pub(super) fn load(&mut self, a: &Matrix, b: &[f64], delta: &[f64]) -> Result<(), SetError> {
+        const OP: &str = "linear program";
+        let (rows, cols) = (a.rows(), a.cols());
+        for got in [b.len(), delta.len()] {
+            if got != rows {
+                return Err(SetError::Dimension {
+                    op: OP,
+                    expected: rows,
+                    got,
+                });
+            }
+        }
+        if let Some(&value) = a
+            .as_slice()
+            .iter()
+            .chain(b)
+            .chain(delta)
+            .find(|x| !x.is_finite())
+        {
+            return Err(SetError::NotFinite { op: OP, value });
+        }
+        if let Some(&got) = delta.iter().find(|&&x| x < 0.0) {
+            return Err(SetError::Range {
+                op: OP,
+                what: "constraint slack",
+                expected: "at least 0",
+                got,
+            });
+        }
+        (self.rows, self.cols, self.stride) = (rows, cols, cols.next_multiple_of(LANES).max(LANES));
+        self.a.clear();
+        self.a.resize(rows * self.stride, 0.0);
+        self.b.clear();
+        self.delta.clear();
+        self.weight.clear();
+        self.scale.clear();
+        for i in 0..rows {
+            let row = a.row(i);
+            let scale = row_scale(row, b[i], delta[i]);
+            let target = &mut self.a[i * self.stride..][..cols];
+            for (t, &x) in target.iter_mut().zip(row) {
+                *t = x * scale;
+            }
+            let (b, delta) = (b[i] * scale, delta[i] * scale);
+            self.weight
+                .push(up(abs_sum(target) + b.abs() + delta, cols + 2));
+            self.b.push(b);
+            self.delta.push(delta);
+            self.scale.push(scale);
+        }
+        Ok(())
+    }
+
+    fn row(&self, i: usize) -> &[f64] {
+        &self.a[i * self.stride..][..self.stride]
+    }
+
+    /// U(d, y): at least max dᵀξ over the rows. Leaves d − Aᵀy in `v`. d and v are padded to the stride.
+    pub(super) fn upper_bound(&self, d: &[f64], y: &[f64], v: &mut [f64]) -> f64 {
+        let size = abs_sum(d);
+        let cap = up(size, self.cols);
+        v.copy_from_slice(d);
+        let (mut core, mut slack, mut weight) = (0.0, 0.0, size);
+        // Four rows at a time: v is read and written once for all four.
+        let mut i = 0;
+        while i + 4 <= self.rows {
+            let rows = &self.a[i * self.stride..][..4 * self.stride];
+            let (r0, rest) = rows.split_at(self.stride);
+            let (r1, rest) = rest.split_at(self.stride);
+            let (r2, r3) = rest.split_at(self.stride);
+            let [y0, y1, y2, y3] = [y[i], y[i + 1], y[i + 2], y[i + 3]];
+            for ((((v, a0), a1), a2), a3) in v.iter_mut().zip(r0).zip(r1).zip(r2).zip(r3) {
+                *v = *v - y0 * a0 - y1 * a1 - y2 * a2 - y3 * a3;
+            }
+            i += 4;
+        }
+        for i in i..self.rows {
+            let y = y[i];
+            for (v, &a) in v.iter_mut().zip(self.row(i)) {
+                *v -= y * a;
+            }
+        }
+        for (i, &y) in y.iter().enumerate() {
+            core += y * self.b[i];
+            slack += y.abs() * self.delta[i];
+            weight += y.abs() * self.weight[i];
+        }
+        let core = core + slack + abs_sum(v);
+        let charge = (self.rows + self.cols + 8) as f64 * 1.2e-16 * weight;
+        let bound = (core + charge).next_up() + ETA;
+        // A NaN is not below the cap.
+        if bound < cap { bound } else { cap }
+    }
+
+    /// A lower bound on bᵀy − ‖Aᵀy‖₁ − |y|ᵀδ, rounding charged: if positive, no ξ satisfies the rows.
+    pub(super) fn farkas(&self, y: &[f64], v: &mut [f64]) -> f64 {
+        // U(0, −y) without its cap, by the same sums with opposite signs.
+        v.fill(0.0);
+        let (mut core, mut weight) = (0.0, 0.0);
+        for (i, &y) in y.iter().enumerate() {
+            for (v, &a) in v.iter_mut().zip(self.row(i)) {
+                *v += y * a;
+            }
+            core += y * self.b[i];
+            core -= y.abs() * self.delta[i];
+            weight += y.abs() * self.weight[i];
+        }
+        let core = core - abs_sum(v);
+        // `core` is summed in one chain of 2m + 1 here, hence 2m.
+        let charge = (2 * self.rows + self.cols + 8) as f64 * 1.2e-16 * weight;
+        let bound = (core - charge).next_down() - ETA;
+        if bound.is_finite() {
+            bound
+        } else {
+            f64::NEG_INFINITY
+        }
+    }
+
+    /// The greatest excess of |Aξ − b| + reserve, rounding included, over δ + σ: at most 0 if ξ is
+    /// verified. Leaves b − Aξ in `residual`. |ξ| ≤ 1 is the caller's; no reserve is zero.
+    ///
+    /// σ_i = 2γ_{n+2}(|A_i|1 + |b_i|) + 2η. The computed residual is off by at most γ_{n+1}(|A_i|1 + |b_i|).
+    pub(super) fn missing(&self, xi: &[f64], reserve: &[f64], residual: &mut Vec<f64>) -> f64 {
+        residual.clear();
+        residual.resize(self.rows, 0.0);
+        let (error, sigma) = (gamma(self.cols + 1), 2.0 * gamma(self.cols + 2));
+        let mut worst: f64 = f64::NEG_INFINITY;
+        for (i, residual) in residual.iter_mut().enumerate() {
+            let row = &self.row(i)[..self.cols];
+            let value = row.iter().zip(xi).fold(self.b[i], |s, (&a, &x)| s - a * x);
+            *residual = value;
+            let size = abs_sum(row) + self.b[i].abs();
+            let kept = reserve.get(i).map_or(0.0, |r| r * self.scale[i]);
+            let miss = up(value.abs() + error * size + kept, self.cols + 5);
+            let allowed = (self.delta[i] + sigma * size) * (1.0 - gamma(self.cols + 5)) + 2.0 * ETA;
+            let excess = miss - allowed;
+            worst = if excess.is_nan() {
+                f64::INFINITY
+            } else {
+                worst.max(excess)
+            };
+        }
+        worst
+    }
+
+    /// Multipliers of the rows given, for the scaled rows.
+    pub(super) fn scaled(&self, y: &[f64], scaled: &mut [f64]) {
+        for ((s, y), scale) in scaled.iter_mut().zip(y).zip(&self.scale) {
+            *s = y / scale;
+        }
+    }
+
+    /// Multipliers of the scaled rows, in the units of the rows given.
+    pub(super) fn unscaled(&self, y: &[f64]) -> Vec<f64> {
+        y.iter().zip(&self.scale).map(|(y, s)| y * s).collect()
+    }
+}
+
+/// The power of two that brings the largest |a_j| into [1, 2), or 1 where that would not be exact.
+fn row_scale(row: &[f64], b: f64, delta: f64) -> f64 {
+    let largest = row.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    if !largest.is_normal() {
+        return 1.0;
+    }
+    let exponent = (largest.to_bits() >> 52) as i64 - 1023;
+    if exponent.abs() > 1000 {
+        return 1.0;
+    }
+    let power = |e: i64| f64::from_bits(((1023 + e) as u64) << 52);
+    let (scale, back) = (power(-exponent), power(exponent));
+    let exact = row
+        .iter()
+        .chain([&b, &delta])
+        .fold(true, |ok, &x| ok & (x * scale * back == x));
+    if exact { scale } else { 1.0 }
+}

@@ -1,0 +1,381 @@
+//! Linear programs over a box cut by a few equations, with bounds that are proved.
+//!
+//! Every question about a constrained zonotope (hull, support, membership, emptiness) is
+//!
+//! max dᵀξ  subject to  |Aξ − b| ≤ δ, |ξ| ≤ 1,
+//!
+//! with few rows, some more columns, and many directions d over the same rows. [`LinearProgram`]
+//! holds the rows, each scaled by a power of two (which is exact), and solves with a bounded dual
+//! simplex (`simplex`) that keeps its basis from one direction to the next. What it reports is never
+//! the simplex's own objective: it is a bound computed from the multipliers y alone (`certificate`),
+//! valid for any y, so a bad pivot, drift or an early stop can only make it wider.
+//!
+//! Where the simplex gives up, an interior-point solver is asked (`second_opinion`), and its multipliers
+//! pass through the same certificate.
+//!
+//! The box makes every basis dual feasible once the nonbasic variables stand on the right side, so
+//! there is no first phase and every iterate carries a usable y.
+
+mod certificate;
+mod second_opinion;
+mod simplex;
+
+use crate::matrix::abs_sum;
+use crate::{Matrix, SetError, rounding};
+use certificate::Program;
+use simplex::{FEASIBLE, Outcome, STRICT, Simplex};
+
+/// Work done by a [`LinearProgram`] since it was made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Directions maximised.
+    pub programs: u64,
+    /// Simplex pivots, those of rebuilt tableaus included.
+    pub pivots: u64,
+    /// Tableaus rebuilt from the coefficients because rounding had built up.
+    pub rebuilds: u64,
+    /// Programs in which the simplex gave up before its optimum.
+    pub unfinished: u64,
+    /// Programs given to the interior-point solver besides. Its bits may depend on the processor: a table
+    /// that is to be the same everywhere shows 0 here.
+    pub fallbacks: u64,
+}
+
+/// Whether { |ξ| ≤ 1, |Aξ − b| ≤ δ } is empty, as far as it can be proved.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Emptiness {
+    /// Proved empty: some y has bᵀy − ‖Aᵀy‖₁ − |y|ᵀδ > 0 after all rounding is charged.
+    Empty,
+    /// A point ξ with |ξ| ≤ 1 and |Aξ − b| ≤ δ + σ was verified, where
+    /// σ_i = 2γ_{n+2}(|A_i|1 + |b_i|) + 2η is the rounding of checking row i.
+    NonEmpty(Vec<f64>),
+    /// Neither could be proved.
+    Undecided {
+        /// By how much the best point misses its rows' slack δ + σ, each row divided by its largest
+        /// coefficient (within a factor 2).
+        margin: f64,
+    },
+}
+
+/// A certified answer about one direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Maximum {
+    /// An upper bound on max dᵀξ, proved from the multipliers.
+    pub upper: f64,
+    /// The simplex reached its optimum: `upper` is then the maximum up to rounding. If not, `upper` is
+    /// valid all the same.
+    pub optimal: bool,
+}
+
+/// The programs max dᵀξ subject to |Aξ − b| ≤ δ, |ξ| ≤ 1 for one A, b, δ and many d.
+///
+/// Buffers are kept: after the first program of a shape nothing is allocated.
+#[derive(Clone, Debug, Default)]
+pub struct LinearProgram {
+    program: Program,
+    simplex: Simplex,
+    multipliers: Vec<f64>,
+    /// d − Aᵀy, one entry a column.
+    residual: Vec<f64>,
+    /// b − Aξ, one entry a row.
+    row_residual: Vec<f64>,
+    direction: Vec<f64>,
+    point: Vec<f64>,
+    /// Set once a Farkas vector has been certified for the rows loaded.
+    proved_empty: bool,
+    work: Work,
+}
+
+impl LinearProgram {
+    /// An engine without rows.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Takes the rows |Aξ − b| ≤ δ (A m × n, b and δ of length m) and starts from the slack basis.
+    ///
+    /// Fails if the shapes differ, a coefficient is not finite, or a δ is negative.
+    pub fn load(&mut self, a: &Matrix, b: &[f64], delta: &[f64]) -> Result<(), SetError> {
+        self.program.load(a, b, delta)?;
+        self.simplex.start(&self.program);
+        self.resize();
+        Ok(())
+    }
+
+    /// As [`LinearProgram::load`], but starts from the basis of the rows held before, where it fits:
+    /// for the next step of a recursion, whose rows have the same shape and similar coefficients.
+    pub fn load_warm(&mut self, a: &Matrix, b: &[f64], delta: &[f64]) -> Result<(), SetError> {
+        let same_shape = (self.program.rows(), self.program.cols()) == (a.rows(), a.cols());
+        self.program.load(a, b, delta)?;
+        if same_shape {
+            self.work.pivots += self.simplex.rebuild(&self.program);
+        } else {
+            self.simplex.start(&self.program);
+        }
+        self.resize();
+        Ok(())
+    }
+
+    fn resize(&mut self) {
+        self.multipliers.clear();
+        self.multipliers.resize(self.program.rows(), 0.0);
+        self.residual.clear();
+        self.residual.resize(self.program.stride(), 0.0);
+        self.direction.clear();
+        self.direction.resize(self.program.stride(), 0.0);
+        self.proved_empty = false;
+    }
+
+    /// Number of rows m.
+    pub fn rows(&self) -> usize {
+        self.program.rows()
+    }
+
+    /// Number of variables n.
+    pub fn cols(&self) -> usize {
+        self.program.cols()
+    }
+
+    /// The work done so far.
+    pub fn work(&self) -> Work {
+        self.work
+    }
+
+    /// An upper bound on max dᵀξ over the rows loaded, or `Empty` if the set is proved empty.
+    ///
+    /// U = bᵀy + |y|ᵀδ + ‖d − Aᵀy‖₁ + e for the multipliers y that the simplex ends with, and never
+    /// more than ⌈‖d‖₁⌉. Valid whatever the simplex did; see `certificate` for e.
+    ///
+    /// Source: Neumaier and Shcherbina, Safe bounds in linear and mixed-integer linear programming (2004).
+    pub fn maximize(&mut self, d: &[f64]) -> Result<Maximum, SetError> {
+        const OP: &str = "linear program";
+        if d.len() != self.cols() {
+            return Err(SetError::Dimension {
+                op: OP,
+                expected: self.cols(),
+                got: d.len(),
+            });
+        }
+        if let Some(&value) = d.iter().find(|x| !x.is_finite()) {
+            return Err(SetError::NotFinite { op: OP, value });
+        }
+        self.direction[..d.len()].copy_from_slice(d);
+        self.work.programs += 1;
+        if self.proved_empty {
+            return Err(SetError::Empty { op: OP });
+        }
+        let mut outcome = self.solve(FEASIBLE);
+        if self.proved_empty {
+            return Err(SetError::Empty { op: OP });
+        }
+        let mut upper = self.certified();
+        // Drift shows as a gap between the certified bound and the value at the vertex: rebuild, once.
+        let gap = upper - self.simplex.objective(&self.direction);
+        let closed = gap <= REBUILD_GAP * (1.0 + upper.abs());
+        if !closed && self.simplex.aged() {
+            self.rebuild();
+            outcome = self.solve(FEASIBLE);
+            if self.proved_empty {
+                return Err(SetError::Empty { op: OP });
+            }
+            upper = upper.min(self.certified());
+        }
+        let optimal = outcome == Outcome::Optimal && self.simplex.complete();
+        if !optimal {
+            self.work.unfinished += 1;
+            upper = upper.min(self.fallback()?);
+        }
+        Ok(Maximum { upper, optimal })
+    }
+
+    /// Runs the simplex on `direction`; a row that no point satisfies is tried as a proof of emptiness
+    /// and otherwise set aside for the rest of this program.
+    fn solve(&mut self, tolerance: f64) -> Outcome {
+        if self.simplex.tired() {
+            self.rebuild();
+        }
+        self.simplex.aim(&self.direction);
+        loop {
+            let (outcome, pivots) = self.simplex.run(tolerance);
+            self.work.pivots += pivots;
+            let Outcome::Infeasible { row } = outcome else {
+                return outcome;
+            };
+            self.simplex.farkas(row, &mut self.multipliers);
+            if self.program.farkas(&self.multipliers, &mut self.residual) > 0.0 {
+                self.proved_empty = true;
+                return outcome;
+            }
+            self.simplex.set_aside(row);
+        }
+    }
+
+    /// The bound by the interior-point solver's multipliers for the present direction, +∞ if it fails.
+    fn fallback(&mut self) -> Result<f64, SetError> {
+        self.work.fallbacks += 1;
+        let Some(opinion) = second_opinion::consult(&self.program, &self.direction) else {
+            return Ok(f64::INFINITY);
+        };
+        if !opinion.infeasible {
+            return Ok(self.program.upper_bound(
+                &self.direction,
+                &opinion.multipliers,
+                &mut self.residual,
+            ));
+        }
+        if self
+            .program
+            .farkas(&opinion.multipliers, &mut self.residual)
+            > 0.0
+        {
+            self.proved_empty = true;
+            return Err(SetError::Empty {
+                op: "linear program",
+            });
+        }
+        Ok(f64::INFINITY)
+    }
+
+    /// As [`LinearProgram::maximize`], by the interior-point solver alone and through the same
+    /// certificate: a second opinion, some hundred times slower.
+    pub fn maximize_by_interior_point(&mut self, d: &[f64]) -> Result<f64, SetError> {
+        const OP: &str = "linear program";
+        if d.len() != self.cols() {
+            return Err(SetError::Dimension {
+                op: OP,
+                expected: self.cols(),
+                got: d.len(),
+            });
+        }
+        self.direction[..d.len()].copy_from_slice(d);
+        Ok(self.fallback()?.min(rounding::up(abs_sum(d), d.len())))
+    }
+
+    fn rebuild(&mut self) {
+        self.work.pivots += self.simplex.rebuild(&self.program);
+        self.work.rebuilds += 1;
+    }
+
+    /// The certified bound from the simplex's multipliers, refined once if its basis has drifted.
+    fn certified(&mut self) -> f64 {
+        self.simplex.multipliers(&mut self.multipliers);
+        let (upper, defect) = self.bound();
+        if defect <= REFINE_DEFECT * (1.0 + upper.abs()) {
+            return upper;
+        }
+        self.simplex
+            .refine_multipliers(&self.residual, &mut self.multipliers);
+        upper.min(self.bound().0)
+    }
+
+    /// The bound for the present multipliers, and Σ|d − Aᵀy| over the basic columns, which exact
+    /// arithmetic would make 0.
+    fn bound(&mut self) -> (f64, f64) {
+        let upper =
+            self.program
+                .upper_bound(&self.direction, &self.multipliers, &mut self.residual);
+        (upper, self.simplex.basic_abs_sum(&self.residual))
+    }
+
+    /// The upper bound on max dᵀξ that the multipliers `y` prove, whoever found them: one a row, in the
+    /// units of the rows loaded. Fails with `Dimension`.
+    pub fn bound_by(&mut self, d: &[f64], y: &[f64]) -> Result<f64, SetError> {
+        const OP: &str = "bound by multipliers";
+        for (expected, got) in [(self.cols(), d.len()), (self.rows(), y.len())] {
+            if expected != got {
+                return Err(SetError::Dimension {
+                    op: OP,
+                    expected,
+                    got,
+                });
+            }
+        }
+        self.direction[..d.len()].copy_from_slice(d);
+        self.program.scaled(y, &mut self.multipliers);
+        Ok(self
+            .program
+            .upper_bound(&self.direction, &self.multipliers, &mut self.residual))
+    }
+
+    /// Whether { |ξ| ≤ 1, |Aξ − b| ≤ δ } is empty: by a certified Farkas vector, by a verified point, or
+    /// undecided.
+    pub fn emptiness(&mut self) -> Emptiness {
+        self.emptiness_with_reserve(&[])
+    }
+
+    /// As [`LinearProgram::emptiness`], but a point counts only if it keeps |Aξ − b| + reserve ≤ δ + σ.
+    pub(crate) fn emptiness_with_reserve(&mut self, reserve: &[f64]) -> Emptiness {
+        if self.proved_empty {
+            return Emptiness::Empty;
+        }
+        // Any direction does; one without ties keeps the dual simplex from stalling.
+        let n = self.cols();
+        for (j, d) in self.direction[..n].iter_mut().enumerate() {
+            let wave = ((j * 37 + 11) % 64) as f64 / 64.0 - 0.4921875;
+            *d = wave;
+        }
+        self.work.programs += 1;
+        let mut margin = f64::INFINITY;
+        for tolerance in [FEASIBLE, STRICT] {
+            if tolerance == STRICT {
+                self.rebuild();
+            }
+            let outcome = self.solve(tolerance);
+            if self.proved_empty {
+                return Emptiness::Empty;
+            }
+            self.work.unfinished += u64::from(outcome != Outcome::Optimal);
+            self.simplex.point(&mut self.point);
+            for _ in 0..3 {
+                let missing = self
+                    .program
+                    .missing(&self.point, reserve, &mut self.row_residual);
+                margin = margin.min(missing);
+                if missing <= 0.0 {
+                    return Emptiness::NonEmpty(self.point.clone());
+                }
+                self.simplex
+                    .refine_point(&self.row_residual, &mut self.point);
+            }
+        }
+        self.work.fallbacks += 1;
+        if let Some(opinion) = second_opinion::consult(&self.program, &self.direction) {
+            if opinion.infeasible
+                && self
+                    .program
+                    .farkas(&opinion.multipliers, &mut self.residual)
+                    > 0.0
+            {
+                self.proved_empty = true;
+                return Emptiness::Empty;
+            }
+            let point: Vec<f64> = opinion.point.iter().map(|x| x.clamp(-1.0, 1.0)).collect();
+            let missing = self
+                .program
+                .missing(&point, reserve, &mut self.row_residual);
+            if missing <= 0.0 {
+                return Emptiness::NonEmpty(point);
+            }
+            margin = margin.min(missing);
+        }
+        Emptiness::Undecided { margin }
+    }
+
+    /// The multipliers y of the last program, one a row, in the units of the rows loaded.
+    pub fn multipliers(&self) -> Vec<f64> {
+        self.program.unscaled(&self.multipliers)
+    }
+
+    /// The point ξ that the simplex ended with: a vertex up to rounding, clamped to |ξ| ≤ 1. Not a proof
+    /// of anything; [`LinearProgram::emptiness`] verifies its point.
+    pub fn point(&mut self) -> &[f64] {
+        self.simplex.point(&mut self.point);
+        &self.point
+    }
+}
+
+/// A relative gap between the certified bound and the vertex above which the tableau is rebuilt.
+const REBUILD_GAP: f64 = 1e-11;
+
+/// A relative defect of the basic columns above which the multipliers are refined.
+const REFINE_DEFECT: f64 = 1e-13;

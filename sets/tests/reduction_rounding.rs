@@ -1,0 +1,220 @@
+//! Reductions and strips under rounding: a point that is exactly in the set is exactly in the result.
+
+mod rational;
+
+use num_traits::{Signed, ToPrimitive, Zero};
+use rational::{Q, Source, has, known, product, q, qs, up};
+use zonobench_sets::reduction::{scott, yang_scott};
+use zonobench_sets::{ConstrainedZonotope, Matrix, SetError, Zonotope, strip};
+
+/// A generic set has no exact point of f64 coordinates; the known one may be off its rows by half a unit.
+#[test]
+fn rescaling_and_elimination_lose_no_point() {
+    let mut s = Source(30);
+    for _ in 0..60 {
+        let k = known(&mut s, 2, 3, 7);
+        assert!(has(&k.set, &k.x));
+        assert!(has(&scott::rescale(&k.set).unwrap(), &k.x));
+        for constraints in [2, 1, 0] {
+            let reduced = scott::eliminate_constraints(&k.set, constraints).unwrap();
+            assert!(
+                reduced.constraints() <= constraints && reduced.generators() < k.set.generators()
+            );
+            assert!(has(&reduced, &k.x));
+        }
+    }
+}
+
+#[test]
+fn coordinate_bounds_hold_the_known_coordinates() {
+    let mut s = Source(31);
+    for _ in 0..300 {
+        let k = known(&mut s, 1, 3, 6);
+        let bounds = scott::coordinate_bounds(&k.set).unwrap();
+        assert!(
+            bounds
+                .iter()
+                .zip(&k.xi)
+                .all(|(e, x)| q(e.lo()) <= *x && *x <= q(e.hi()))
+        );
+    }
+}
+
+#[test]
+fn lifted_reduction_loses_no_point() {
+    let mut s = Source(32);
+    for _ in 0..60 {
+        let k = known(&mut s, 2, 2, 9);
+        for generators in [8, 6, 4] {
+            let reduced = scott::reduce_generators(&k.set, generators).unwrap();
+            assert!(reduced.generators() <= generators && reduced.constraints() == 2);
+            assert!(has(&reduced, &k.x));
+        }
+        let both = scott::reduce(&k.set, 5, 1).unwrap();
+        assert!(both.generators() <= 5 && both.constraints() <= 1 && has(&both, &k.x));
+    }
+}
+
+/// ρ(d) of ⟨c, G, r⟩, exactly.
+fn support(z: &Zonotope, d: &[f64]) -> Q {
+    let row = Matrix::from_rows(&[d]).unwrap();
+    let along = product(&z.g().transpose(), &qs(d));
+    let center = product(&row, &qs(z.c()))[0].clone();
+    let sides = d
+        .iter()
+        .zip(z.r())
+        .fold(Q::zero(), |s, (&d, &r)| s + q(d).abs() * q(r));
+    along.iter().fold(center + sides, |s, x| s + x.abs())
+}
+
+#[test]
+fn method_4_contains_the_zonotope_in_every_direction() {
+    let mut s = Source(33);
+    for case in 0..300 {
+        let n = 1 + s.below(4);
+        let p = n + 1 + s.below(8);
+        // Every third case has a dependent row, so that there is no block.
+        let mut g = s.matrix(n, p);
+        for i in 0..n {
+            let f = s.scale(5.0);
+            g.row_mut(i).iter_mut().for_each(|x| *x *= f);
+        }
+        if case % 3 == 0 && n > 1 {
+            let first = g.row(0).to_vec();
+            g.row_mut(1).copy_from_slice(&first);
+        }
+        let z = Zonotope::with_rounding(s.vector(n), g, vec![1e-17; n]).unwrap();
+        let reduced = yang_scott::reduce(&z, n + s.below(p - n)).unwrap();
+        for _ in 0..6 {
+            let d = s.vector(n);
+            assert!(
+                support(&z, &d) <= support(&reduced, &d),
+                "{z:?} {reduced:?}"
+            );
+        }
+        for i in 0..n {
+            let mut d = vec![0.0; n];
+            d[i] = 1.0;
+            assert!(support(&z, &d) <= support(&reduced, &d));
+        }
+    }
+}
+
+#[test]
+fn a_strip_keeps_every_point_in_it() {
+    let mut s = Source(34);
+    let mut cut = 0;
+    for _ in 0..300 {
+        let k = known(&mut s, 3, 0, 6);
+        let z = k.set.zonotope();
+        let d: Vec<f64> = s
+            .vector(3)
+            .iter()
+            .map(|x| x * [0.0, 1.0, 1.0, 1e-3][s.below(4)])
+            .collect();
+        let along =
+            k.x.iter()
+                .zip(&d)
+                .fold(Q::zero(), |t, (x, &d)| t + x * q(d));
+        let y = along.to_f64().unwrap() + 0.1 * z.radius()[0] * s.sym();
+        let narrowed = strip::intersect(z, &d, y, up(&(&along - q(y)).abs())).unwrap();
+        assert_eq!(narrowed.generators(), z.generators());
+        cut += usize::from(narrowed != *z);
+        assert!(has(&narrowed.into(), &k.x));
+    }
+    assert!(cut > 100, "{cut} strips changed the zonotope");
+}
+
+#[test]
+fn a_strip_that_misses_is_empty_and_one_that_covers_changes_nothing() {
+    let z = Zonotope::new(vec![0.0; 2], Matrix::identity(2)).unwrap();
+    assert!(matches!(
+        strip::intersect(&z, &[1.0, 1.0], 3.0, 0.5),
+        Err(SetError::Empty { .. })
+    ));
+    assert_eq!(strip::intersect(&z, &[1.0, 1.0], 0.0, 5.0).unwrap(), z);
+    assert_eq!(strip::intersect(&z, &[0.0, 0.0], 0.0, 1.0).unwrap(), z);
+    assert!(matches!(
+        strip::intersect(&z, &[1.0], 0.0, 1.0),
+        Err(SetError::Dimension { .. })
+    ));
+    assert!(matches!(
+        strip::intersect(&z, &[1.0, 0.0], 0.0, -1.0),
+        Err(SetError::Range { .. })
+    ));
+}
+
+#[test]
+fn redundant_contradictory_and_vanishing_rows() {
+    let g = Matrix::from_rows(&[[1.0, 0.0, 0.5], [0.0, 1.0, 0.5]]).unwrap();
+    let set = |rows: &[[f64; 3]], b: &[f64]| {
+        ConstrainedZonotope::new(
+            vec![0.0; 2],
+            g.clone(),
+            Matrix::from_rows(rows).unwrap(),
+            b.to_vec(),
+        )
+        .unwrap()
+    };
+    // Twice the same row: it goes, and nothing else.
+    let twice = set(&[[1.0, 1.0, 0.3], [3.0, 3.0, 0.9]], &[0.7, 2.1]);
+    let reduced = scott::eliminate_constraints(&twice, 1).unwrap();
+    assert_eq!((reduced.constraints(), reduced.generators()), (1, 3));
+    let (a, b) = (
+        twice.interval_hull().unwrap(),
+        reduced.interval_hull().unwrap(),
+    );
+    assert!(
+        a.iter()
+            .zip(b.iter())
+            .all(|(a, b)| (a.lo() - b.lo()).abs() + (a.hi() - b.hi()).abs() < 1e-12)
+    );
+    // The same row with another right side is proved empty.
+    let none = set(&[[1.0, 1.0, 0.3], [3.0, 3.0, 0.9]], &[0.7, 2.2]);
+    assert!(matches!(
+        scott::eliminate_constraints(&none, 1),
+        Err(SetError::Empty { .. })
+    ));
+    // A row that only one point of the box meets: rescaling fixes its coordinates, and their columns go.
+    let corner = set(&[[1.0, 1.0, 0.0], [0.0, 0.0, 0.0]], &[2.0, 0.0]);
+    let point = scott::eliminate_constraints(&corner, 0).unwrap();
+    assert_eq!(point.constraints(), 0);
+    let hull = point.interval_hull().unwrap();
+    assert!(
+        (hull[0].lo() - 0.5).abs() < 1e-12 && (hull[1].hi() - 1.5).abs() < 1e-12,
+        "{hull:?}"
+    );
+    // Too few generators for the constraints that stay.
+    assert!(matches!(
+        scott::reduce(&twice, 2, 1),
+        Err(SetError::Range { .. })
+    ));
+}
+
+#[test]
+fn thin_sets_keep_their_points_and_their_widths() {
+    // Widths of 1e-5 beside 1, after strips that confine one direction ever more.
+    let mut s = Source(35);
+    let truth = [0.3, 0.2, -0.1];
+    let mut x = ConstrainedZonotope::new(
+        vec![0.0; 3],
+        Matrix::identity(3),
+        Matrix::zeros(0, 3),
+        vec![],
+    )
+    .unwrap();
+    for step in 0..120 {
+        let d = [1.0, 1e-3 * s.normal(), 1e-3 * s.normal()];
+        let y: f64 = d.iter().zip(&truth).map(|(d, t)| d * t).sum();
+        x = x
+            .intersect_strip(&d, y + 1e-5 * s.sym() * (1.0 - 1e-12), 1e-5)
+            .unwrap();
+        x = scott::reduce(&x.fold(), 14, 5).unwrap();
+        let hull = x.interval_hull().unwrap();
+        assert!(hull.contains(&truth), "{hull:?}");
+        assert!(step % 30 != 0 || has(&x, &qs(&truth)));
+    }
+    let hull = x.interval_hull().unwrap();
+    // The strips confine the first component, and the others a thousand times less.
+    assert!(hull[0].width() < 1e-5 && hull[1].width() > 1e-4, "{hull:?}");
+}
