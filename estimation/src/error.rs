@@ -25,6 +25,17 @@ pub enum EstimationError {
         /// The fault.
         source: SetError,
     },
+    /// The estimator does not go on, because what it would say is worth nothing: a result, not a fault of
+    /// the input.
+    #[error("k = {k}: {kind} refuses to go on: {reason}")]
+    Refused {
+        /// The step.
+        k: usize,
+        /// The kind of estimator.
+        kind: &'static str,
+        /// Why.
+        reason: String,
+    },
     /// A setting, or a part of the problem that a kind of estimator or system needs, is not what it must be.
     #[error("{kind}: `{key}` must be {expected}, got {got}")]
     Setting {

@@ -7,8 +7,9 @@
 
 use crate::estimators::{
     BoxStateEst, BoxStateEstSettings, BoxWindow, ConstrainedBelief, Czfo, CzfoSettings, Czmv,
-    CzmvSettings, Ezgkf, EzgkfM, EzgkfSettings, Ezgkp, EzgkpSettings, Gaussian, Kalman,
-    KalmanSettings, MixedBelief, Zfo, Zmv, ZonotopeBelief, ZonotopeFilterSettings,
+    CzmvSettings, Ezgkf, EzgkfM, EzgkfSettings, Ezgkp, EzgkpSettings, Gaussian, Inzsmf, Kalman,
+    KalmanSettings, MixedBelief, PoseZonotope, VehicleFilterSettings, Zfo, Zmv, ZonotopeBelief,
+    ZonotopeFilterSettings, Zsmf,
 };
 use crate::{EstimationError, Problem};
 use serde::{Deserialize, Serialize};
@@ -48,6 +49,10 @@ pub struct Size {
     pub pivots: usize,
 }
 
+/// A number that one kind of belief has and others have not: its name, unique within the kind, and its
+/// value.
+pub type Extra = (&'static str, f64);
+
 /// The pieces a set is drawn from.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shape {
@@ -83,6 +88,11 @@ pub trait Belief: Clone + Send {
     fn size(&self) -> Size;
     /// What it is drawn from.
     fn shape(&self) -> Shape;
+    /// What metrics may ask of this kind of belief beyond hull, size and covariance; none unless its
+    /// documentation names some. The same names, in the same order, at every step.
+    fn extras(&self) -> Vec<Extra> {
+        Vec::new()
+    }
 }
 
 /// A recursive estimator.
@@ -170,6 +180,9 @@ macro_rules! beliefs {
             }
             fn shape(&self) -> Shape {
                 match self { $(Self::$belief(b) => b.shape()),+ }
+            }
+            fn extras(&self) -> Vec<Extra> {
+                match self { $(Self::$belief(b) => b.extras()),+ }
             }
         }
     };
@@ -303,8 +316,19 @@ beliefs!(
     BoxWindow,
     MixedBelief,
     ZonotopeBelief,
-    ConstrainedBelief
+    ConstrainedBelief,
+    PoseZonotope,
 );
+
+const VEHICLE_KEYS: [&str; 7] = [
+    "generators",
+    "gain",
+    "reduction",
+    "transition",
+    "transient",
+    "remainder",
+    "side",
+];
 
 const MIXED_KEYS: [&str; 6] = ["phi", "eta", "alpha", "gain", "overbars", "merge_parallel"];
 
@@ -320,6 +344,8 @@ estimators! {
     Czmv, CzmvSettings, ConstrainedBelief, "czmv", ["generators", "constraints", "h"];
     Czfo, CzfoSettings, ConstrainedBelief, "czfo",
         ["generators", "constraints", "h", "expansion", "remainder"];
+    Zsmf, VehicleFilterSettings, PoseZonotope, "zsmf", VEHICLE_KEYS;
+    Inzsmf, VehicleFilterSettings, PoseZonotope, "inzsmf", VEHICLE_KEYS;
 }
 
 /// Whether a state in the box `x` lies in the box `hull`.

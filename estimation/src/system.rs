@@ -4,7 +4,7 @@
 //! a closed family, [`AnySystem`]: one file each under `systems/`, one line each below.
 
 use crate::EstimationError;
-use crate::systems::{Linear, Lpv, Raimondo, VanDerPol};
+use crate::systems::{Linear, Lpv, Raimondo, VanDerPol, VehicleSe2};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::number::Real;
 use zonobench_sets::{IntervalVector, Matrix};
@@ -125,7 +125,7 @@ macro_rules! systems {
     };
 }
 
-systems!(Linear, Lpv, VanDerPol, Raimondo);
+systems!(Linear, Lpv, VanDerPol, Raimondo, VehicleSe2);
 
 impl AnySystem {
     /// The value of `kind` in a file.
@@ -135,6 +135,7 @@ impl AnySystem {
             Self::Lpv(_) => "lpv",
             Self::VanDerPol(_) => "van-der-pol",
             Self::Raimondo(_) => "raimondo",
+            Self::VehicleSe2(_) => "vehicle-se2",
         }
     }
 
@@ -150,6 +151,7 @@ impl AnySystem {
     pub fn period(&self) -> Option<f64> {
         match self {
             Self::VanDerPol(s) => Some(s.ts),
+            Self::VehicleSe2(s) => Some(s.dt),
             _ => None,
         }
     }
@@ -169,6 +171,7 @@ impl AnySystem {
             Self::Lpv(s) => Some(s),
             Self::VanDerPol(s) => Some(s),
             Self::Raimondo(_) => None,
+            Self::VehicleSe2(_) => None,
         }
     }
 }

@@ -6,7 +6,7 @@ mod draws;
 use draws::Draws;
 use zonobench_estimation::estimator::{Containment, KINDS, Phase};
 use zonobench_estimation::estimators::BoxStateEst;
-use zonobench_estimation::systems::{Linear, Lpv, VanDerPol};
+use zonobench_estimation::systems::{Form, Linear, Lpv, VanDerPol, VehicleSe2};
 use zonobench_estimation::{
     AnyBelief, AnyEstimator, AnySystem, Belief, EstimationError, Estimator, EstimatorSettings,
     Problem, System, Uncertain, track,
@@ -186,6 +186,8 @@ fn each_kind_says_its_name_and_its_settings() {
         assert_eq!(estimator.warning(), None);
     }
     kinds.dedup();
+    // These need a vehicle, and have the same laws in tests/vehicle.rs.
+    kinds.extend(["zsmf", "inzsmf"]);
     assert_eq!(kinds, KINDS.iter().map(|k| k.kind).collect::<Vec<_>>());
 }
 
@@ -484,6 +486,8 @@ fn systems_on_intervals_contain_their_values_at_points() {
             .unwrap(),
         ),
         AnySystem::VanDerPol(VanDerPol::new(0.1).unwrap()),
+        AnySystem::VehicleSe2(VehicleSe2::new(0.1, Form::Euler).unwrap()),
+        AnySystem::VehicleSe2(VehicleSe2::new(0.1, Form::Group).unwrap()),
     ];
     let mut draws = Draws::new(22);
     for system in &systems {

@@ -5,20 +5,33 @@ mod czmv;
 mod ezgkf;
 mod ezgkf_m;
 mod ezgkp;
+mod inzsmf;
+mod inzsmf_enclosed;
 mod kalman;
 mod linear_output;
 mod mixed;
+mod pose_zonotope;
 mod set_membership;
+mod vehicle_filter;
 mod width_bound;
 mod zmv;
+mod zsmf;
 
 pub use box_state_est::{BoxStateEst, BoxStateEstSettings, BoxWindow, CONDITION_WARNING, Products};
 pub use czmv::{Czfo, CzfoSettings, Czmv, CzmvSettings};
 pub use ezgkf::{Ezgkf, EzgkfSettings};
 pub use ezgkf_m::EzgkfM;
 pub use ezgkp::{Ezgkp, EzgkpSettings, Form};
+pub use inzsmf::Inzsmf;
+pub use inzsmf_enclosed::Enclosed;
 pub use kalman::{Gaussian, Kalman, KalmanSettings};
 pub use mixed::{Gain, MixedBelief, covariance_bound};
+pub use pose_zonotope::{Coordinates, PoseZonotope};
 pub use set_membership::{ConstrainedBelief, ZonotopeBelief};
+pub use vehicle_filter::{
+    Poles, PoseGain, PoseReduction, Remainder, Side, Transient, Transition, VehicleFilterSettings,
+    f_radius_gain, pole_gain, reduce_as_printed, reduce_without_absolute_values,
+};
 pub use width_bound::{WidthBound, printed_width_bound, width_bound};
 pub use zmv::{Zfo, Zmv, ZonotopeFilterSettings};
+pub use zsmf::Zsmf;

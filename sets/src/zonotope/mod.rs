@@ -6,9 +6,10 @@
 //! step, |M| r grows where M turns although M contracts. [`Zonotope::fold`] makes it generators.
 //!
 //! Here are the set itself and what can be asked of it in any dimension; `map` has the operations that
-//! make new sets, `planar` what is exact in two dimensions, `volume` the volume.
+//! make new sets, `planar` what is exact in two dimensions, `membership` the question in more of them, `volume` the volume.
 
 mod map;
+mod membership;
 mod planar;
 mod volume;
 
@@ -219,8 +220,8 @@ impl Zonotope {
     ///
     /// `Outside` if the box lies outside the interval hull, in any dimension. In one dimension the hull
     /// is the set, in two the half-spaces of its edges are, so there the answer is `Undecided` only
-    /// within rounding of the boundary. In higher dimensions a point inside the hull is `Undecided`:
-    /// deciding it takes a linear program.
+    /// within rounding of the boundary. In higher dimensions projections look for a proof of
+    /// either, and a point near the boundary may stay `Undecided`: deciding it takes a linear program.
     ///
     /// Fails with `Dimension`.
     pub fn contains(&self, x: &[Interval]) -> Result<Containment, SetError> {
@@ -233,7 +234,8 @@ impl Zonotope {
         Ok(match self.dim() {
             1 if offset[0].mag() <= self.least_radius(0) => Containment::Inside,
             2 => self.contains_planar(&offset),
-            _ => Containment::Undecided,
+            1 => Containment::Undecided,
+            _ => self.contains_by_projection(&offset),
         })
     }
 
@@ -348,7 +350,7 @@ mod tests {
     }
 
     #[test]
-    fn one_dimension_is_decided_and_three_only_outside_the_hull() {
+    fn one_dimension_is_decided_and_three_away_from_the_boundary() {
         let z = zonotope(&[1.0], &[&[0.5, 0.25]]);
         let at = |x: f64| z.contains(&[Interval::point(x)]).unwrap();
         assert_eq!(at(1.7), Containment::Inside);
@@ -356,7 +358,8 @@ mod tests {
         assert_eq!(at(1.75), Containment::Undecided);
         let cube = Zonotope::new(vec![0.0; 3], Matrix::identity(3)).unwrap();
         let point = |x: f64| cube.contains(&[Interval::point(x); 3]).unwrap();
-        assert_eq!(point(0.5), Containment::Undecided);
+        assert_eq!(point(0.5), Containment::Inside);
+        assert_eq!(point(1.0), Containment::Undecided);
         assert_eq!(point(1.5), Containment::Outside);
     }
 
