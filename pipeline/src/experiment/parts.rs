@@ -7,7 +7,7 @@ use std::path::Path;
 use zonobench_estimation::signal::{SIGNAL_KEYS, Signal};
 use zonobench_estimation::simulate::{DeltaLaw, Drawn, InitialState, Law, Noise, SimulationError};
 use zonobench_estimation::system::{System, Variable};
-use zonobench_estimation::systems::{Linear, Lpv, VanDerPol};
+use zonobench_estimation::systems::{Form, Linear, Lpv, VanDerPol, VehicleSe2};
 use zonobench_estimation::{AnySystem, EstimationError, Inputs, Problem, Truth, Uncertain};
 
 /// The keys of every kind of system, beside `kind`.
@@ -15,6 +15,7 @@ const SYSTEM_KEYS: &[(&str, &[&str])] = &[
     ("linear", &["a", "b", "c", "d"]),
     ("lpv", &["a0", "a", "b", "c"]),
     ("van-der-pol", &["ts"]),
+    ("vehicle-se2", &["dt", "form"]),
 ];
 
 const SET_KEYS: &[&str] = &["box", "center", "generators", "constraints"];
@@ -63,6 +64,17 @@ pub fn system(field: &Field) -> Result<AnySystem, BadInput> {
                 .collect::<Result<_, _>>()?;
             let c = table.need("c", rows)?.matrix(None, Some(n))?;
             Lpv::new(a0, a, matrix("b", Some(n), None)?, c).map(AnySystem::Lpv)
+        }
+        "vehicle-se2" => {
+            let form = match table.get("form") {
+                None => Form::default(),
+                Some(field) => match field.one_of(&["euler", "group"])? {
+                    "group" => Form::Group,
+                    _ => Form::Euler,
+                },
+            };
+            let dt = table.need("dt", "the sampling period in s")?.number()?;
+            VehicleSe2::new(dt, form).map(AnySystem::VehicleSe2)
         }
         _ => VanDerPol::new(table.need("ts", "the sampling period in s")?.number()?)
             .map(AnySystem::VanDerPol),
