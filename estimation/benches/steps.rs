@@ -3,7 +3,7 @@
 
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use zonobench_estimation::systems::{Linear, Lpv, VanDerPol};
+use zonobench_estimation::systems::{Form, Linear, Lpv, VanDerPol, VehicleSe2};
 use zonobench_estimation::{
     AnyBelief, AnyEstimator, AnySystem, Estimator, EstimatorSettings, Problem, Uncertain,
 };
@@ -98,6 +98,56 @@ fn bench(c: &mut Criterion, group: &str, id: impl ToString, warm: usize, e: &Any
         });
 }
 
+/// The vehicle of [Li, Sec. IV].
+fn vehicle() -> Problem {
+    let zonotope = |r: &[f64]| Uncertain::zonotope(vec![0.0; r.len()], Matrix::diagonal(r));
+    Problem {
+        system: AnySystem::VehicleSe2(
+            VehicleSe2::new(0.01, Form::Euler).expect("a positive period"),
+        ),
+        prior: zonotope(&[0.1, 0.5, 0.5]),
+        w: zonotope(&[0.1; 3]),
+        v: zonotope(&[1.0; 2]),
+    }
+}
+
+/// One step of a filter of the vehicle, from a belief of its largest order.
+fn vehicles(c: &mut Criterion) {
+    let poles = r#""gain": {"longitudinal": 0.98, "lateral": [0.95, 0.98]}"#;
+    for (id, settings) in [
+        ("zsmf 30", r#""kind": "zsmf", "generators": 30"#.to_owned()),
+        ("inzsmf 30", r#""kind": "inzsmf", "generators": 30"#.to_owned()),
+        ("zsmf 30 poles", format!(r#""kind": "zsmf", "generators": 30, {poles}"#)),
+        ("inzsmf 30 poles", format!(r#""kind": "inzsmf", "generators": 30, {poles}"#)),
+        (
+            "inzsmf 120 girard",
+            r#""kind": "inzsmf", "generators": 120, "reduction": "girard""#.to_owned(),
+        ),
+        (
+            "inzsmf 120 girard enclosed",
+            r#""kind": "inzsmf", "generators": 120, "reduction": "girard", "remainder": "enclosed""#.to_owned(),
+        ),
+    ] {
+        let e = estimator(&format!("{{{settings}}}"), &vehicle());
+        let step = |k: usize, belief: AnyBelief| {
+            let reduced = e.reduce_order(k, belief).expect("reducible");
+            let predicted = e.predict(k + 1, &reduced, &[0.4, 8.0]).expect("predictable");
+            let way = 0.08 * (k + 1) as f64;
+            e.update(k + 1, &predicted, &[0.4, 8.0], &[Some(way), Some(0.0)])
+                .expect("consistent")
+        };
+        let belief = (0..40).fold(e.prior(), |belief, k| step(k, belief));
+        c.benchmark_group("vehicle")
+            .bench_function(BenchmarkId::from_parameter(id), |b| {
+                b.iter_batched(
+                    || belief.clone(),
+                    |belief| black_box(step(40, belief)),
+                    BatchSize::SmallInput,
+                );
+            });
+    }
+}
+
 fn mixed(kind: &str, phi: usize) -> String {
     format!(r#"{{"kind": "{kind}", "phi": {phi}, "eta": 0.5, "alpha": 0.0027}}"#)
 }
@@ -160,6 +210,6 @@ criterion_group! {
         .sample_size(30)
         .warm_up_time(std::time::Duration::from_millis(300))
         .measurement_time(std::time::Duration::from_millis(1500));
-    targets = steps
+    targets = steps, vehicles
 }
 criterion_main!(benches);

@@ -93,6 +93,12 @@ pub trait Belief: Clone + Send {
     fn extras(&self) -> Vec<Extra> {
         Vec::new()
     }
+    /// True if both are known to say the same of the state: an estimator that only keeps y_k for its next
+    /// prediction has the same belief before and after. False where that is not looked at.
+    fn says_the_same(&self, other: &Self) -> bool {
+        let _ = other;
+        false
+    }
 }
 
 /// A recursive estimator.
@@ -183,6 +189,12 @@ macro_rules! beliefs {
             }
             fn extras(&self) -> Vec<Extra> {
                 match self { $(Self::$belief(b) => b.extras()),+ }
+            }
+            fn says_the_same(&self, other: &Self) -> bool {
+                match (self, other) {
+                    $((Self::$belief(a), Self::$belief(b)) => a.says_the_same(b),)+
+                    _ => false,
+                }
             }
         }
     };

@@ -64,12 +64,12 @@ table! {
         estimator: Name, "1", "name in the experiment file";
         run: i32, "1", "run, from 0";
         k: i32, "1", "step, from 0";
-        phase: Name, "1", "predicted (before y_k) or updated (after y_k)";
+        phase: Name, "1", "predicted (before y_k) or updated (after y_k); an estimator that only keeps y_k for its next prediction has no updated rows";
         component: Name, "1", "state component";
         center: Option<f64>, "state", "point estimate; null if the status is not ok";
         lower: Option<f64>, "state", "lower bound of the set's interval hull; null without a set";
         upper: Option<f64>, "state", "upper bound of the set's interval hull; null without a set";
-        status: Name, "1", "ok, inconsistent (measurement contradicts the model), unbounded or failed";
+        status: Name, "1", "ok, inconsistent (measurement contradicts the model), refused (the estimator does not go on), unbounded or failed";
     }
 }
 
@@ -89,6 +89,18 @@ table! {
         contains_truth: Option<bool>, "1", "true if the truth is in the set, false if certainly outside, null if unknown";
         lp_count: i64, "1", "linear programs solved for this belief";
         pivots: i64, "1", "simplex pivots of those programs";
+    }
+}
+
+table! {
+    /// A number that one kind of belief has beyond its size, of the phase that the paper reports. Between the
+    /// stages only: metrics read it, the lake does not hold it.
+    Extra => "extras" sorted by 1 {
+        estimator: Name, "1", "name in the experiment file";
+        run: i32, "1", "run, from 0";
+        k: i32, "1", "step, from 0";
+        name: Name, "1", "name of the number";
+        value: f64, "1", "its value";
     }
 }
 

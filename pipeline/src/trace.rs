@@ -992,6 +992,7 @@ fn warning(trace: &Trace, step: &TraceStep, at: Moment) -> Option<(u64, Vec<u8>)
         "inconsistent" => {
             "no state fits both the model and the measurement (inconsistent)".to_owned()
         }
+        "refused" => "the estimator refuses to go on".to_owned(),
         other => other.to_owned(),
     };
     let log = Log {

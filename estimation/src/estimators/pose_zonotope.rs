@@ -251,6 +251,12 @@ impl Belief for PoseZonotope {
         }
     }
 
+    fn says_the_same(&self, other: &Self) -> bool {
+        self.coordinates == other.coordinates
+            && self.pose == other.pose
+            && self.error == other.error
+    }
+
     /// `body_width_1`, `body_width_2`: widths along the vehicle's axes; `projected_area`: the exact area of
     /// the positions.
     fn extras(&self) -> Vec<Extra> {

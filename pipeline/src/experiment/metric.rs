@@ -41,6 +41,22 @@ pub const METRICS: &[MetricInfo] = &[
         formula: "sqrt(mean over K of (c_i - x_i)^2), for each component i",
     },
     MetricInfo {
+        name: "rmse_wrapped",
+        required: &[],
+        optional: &["over"],
+        unit: "state",
+        per_component: true,
+        formula: "as rmse, with the error of a component in rad taken in (-pi, pi]; the estimates themselves are not wrapped",
+    },
+    MetricInfo {
+        name: "rmse_norm",
+        required: &["components"],
+        optional: &["over"],
+        unit: "state",
+        per_component: false,
+        formula: "sqrt(mean over K of the sum over the components given of (c_i - x_i)^2)",
+    },
+    MetricInfo {
         name: "radius",
         required: &[],
         optional: &["over"],
@@ -89,6 +105,30 @@ pub const METRICS: &[MetricInfo] = &[
         formula: "mean over K of the area of the set, of two dimensions",
     },
     MetricInfo {
+        name: "box_area",
+        required: &["components"],
+        optional: &["over"],
+        unit: "state-product",
+        per_component: false,
+        formula: "mean over K of the product of u_i - l_i over the components given",
+    },
+    MetricInfo {
+        name: "body_box_area",
+        required: &[],
+        optional: &["over"],
+        unit: "m2",
+        per_component: false,
+        formula: "mean over K of the product of the widths of the position along the axes of the vehicle; of sets of poses",
+    },
+    MetricInfo {
+        name: "projected_area",
+        required: &[],
+        optional: &["over"],
+        unit: "m2",
+        per_component: false,
+        formula: "mean over K of the exact area of the first-order set of positions, whatever the axes; of sets of poses",
+    },
+    MetricInfo {
         name: "contains",
         required: &[],
         optional: &[],
@@ -111,6 +151,14 @@ pub const METRICS: &[MetricInfo] = &[
         unit: "1",
         per_component: false,
         formula: "1 if the run ended at a step of K because the measurement contradicted the model, else 0",
+    },
+    MetricInfo {
+        name: "refused",
+        required: &[],
+        optional: &[],
+        unit: "1",
+        per_component: false,
+        formula: "1 if the run ended at a step of K because the estimator refused to go on, else 0",
     },
     MetricInfo {
         name: "better",
@@ -195,6 +243,8 @@ pub struct MetricSpec {
     pub strict: bool,
     /// Which bound.
     pub bound: Option<Bound>,
+    /// The components that are taken together, as positions in the state; empty where not given.
+    pub components: Vec<usize>,
 }
 
 impl MetricSpec {
@@ -215,8 +265,14 @@ impl MetricSpec {
         }
     }
 
-    /// Reads a metric; `estimators` are the ids there are, `steps` is the last step.
-    pub fn read(field: &Field, estimators: &[&str], steps: usize) -> Result<Self, BadInput> {
+    /// Reads a metric; `estimators` are the ids there are, `states` the names of the state's components,
+    /// `steps` is the last step.
+    pub fn read(
+        field: &Field,
+        estimators: &[&str],
+        states: &[&str],
+        steps: usize,
+    ) -> Result<Self, BadInput> {
         let table = field.any_table()?;
         let names: Vec<&'static str> = METRICS.iter().map(|info| info.name).collect();
         let name = table.need(
@@ -298,6 +354,10 @@ impl MetricSpec {
                 _ => Bound::Corrected,
             }),
         };
+        let components = match table.get("components") {
+            None => Vec::new(),
+            Some(field) => components(&field, states)?,
+        };
         if let Some(text) = table.get("description") {
             text.string()?;
         }
@@ -320,8 +380,31 @@ impl MetricSpec {
                 .transpose()?
                 .unwrap_or(false),
             bound,
+            components,
         })
     }
+}
+
+/// The positions in the state of different components given by name; at least one.
+fn components(field: &Field, states: &[&str]) -> Result<Vec<usize>, BadInput> {
+    let expected = format!(
+        "an array of state components ({})",
+        listed(states.iter().copied())
+    );
+    let mut found = Vec::new();
+    for item in field.array(&expected)? {
+        let name = item.one_of(states)?;
+        let at = states.iter().position(|state| *state == name);
+        let at = at.expect("the name is one of them");
+        if found.contains(&at) {
+            return Err(item.fault(format!("expected different components, got {name} again")));
+        }
+        found.push(at);
+    }
+    if found.is_empty() {
+        return Err(field.expected(expected));
+    }
+    Ok(found)
 }
 
 fn phase(table: &Table, key: &str) -> Result<Option<Phase>, BadInput> {

@@ -368,7 +368,9 @@ fn experiment(root: &Table, suffix: &str, folder: Option<&Path>) -> Result<Exper
         .iter()
         .map(|estimator| estimator.id.as_str())
         .collect();
-    let metrics = metrics(root, &ids, steps)?;
+    let variables = problem.system.variables();
+    let states: Vec<&str> = variables.x.iter().map(|v| v.name.as_str()).collect();
+    let metrics = metrics(root, &ids, &states, steps)?;
     let output = output(root, steps)?;
     Ok(Experiment {
         paper,
@@ -516,13 +518,18 @@ fn refused(root: &Table, table: &Table, error: &EstimationError) -> BadInput {
     }
 }
 
-fn metrics(root: &Table, estimators: &[&str], steps: usize) -> Result<Vec<MetricSpec>, BadInput> {
+fn metrics(
+    root: &Table,
+    estimators: &[&str],
+    states: &[&str],
+    steps: usize,
+) -> Result<Vec<MetricSpec>, BadInput> {
     let Some(list) = root.get("metric") else {
         return Ok(Vec::new());
     };
     let mut all: Vec<MetricSpec> = Vec::new();
     for field in list.array("[[metric]] tables")? {
-        let spec = MetricSpec::read(&field, estimators, steps)?;
+        let spec = MetricSpec::read(&field, estimators, states, steps)?;
         if all
             .iter()
             .any(|other| other.id == spec.id && other.over == spec.over)

@@ -7,7 +7,9 @@ use std::path::Path;
 use zonobench_estimation::signal::{SIGNAL_KEYS, Signal};
 use zonobench_estimation::simulate::{DeltaLaw, Drawn, InitialState, Law, Noise, SimulationError};
 use zonobench_estimation::system::{System, Variable};
-use zonobench_estimation::systems::{Linear, Lpv, QuotientForm, Raimondo, VanDerPol};
+use zonobench_estimation::systems::{
+    Form, Linear, Lpv, QuotientForm, Raimondo, VanDerPol, VehicleSe2,
+};
 use zonobench_estimation::{AnySystem, EstimationError, Inputs, Problem, Truth, Uncertain};
 
 /// The keys of every kind of system, beside `kind`.
@@ -16,6 +18,7 @@ const SYSTEM_KEYS: &[(&str, &[&str])] = &[
     ("lpv", &["a0", "a", "b", "c"]),
     ("van-der-pol", &["ts"]),
     ("raimondo", &["form"]),
+    ("vehicle-se2", &["dt", "form"]),
 ];
 
 const SET_KEYS: &[&str] = &["box", "center", "generators", "constraints"];
@@ -74,6 +77,17 @@ pub fn system(field: &Field) -> Result<AnySystem, BadInput> {
                 None => QuotientForm::default(),
             };
             Ok(AnySystem::Raimondo(Raimondo { form }))
+        }
+        "vehicle-se2" => {
+            let form = match table.get("form") {
+                None => Form::default(),
+                Some(field) => match field.one_of(&["euler", "group"])? {
+                    "group" => Form::Group,
+                    _ => Form::Euler,
+                },
+            };
+            let dt = table.need("dt", "the sampling period in s")?.number()?;
+            VehicleSe2::new(dt, form).map(AnySystem::VehicleSe2)
         }
         _ => VanDerPol::new(table.need("ts", "the sampling period in s")?.number()?)
             .map(AnySystem::VanDerPol),

@@ -159,7 +159,7 @@ impl<'a> Field<'a> {
     }
 
     /// One of `names`, with a suggestion where it is none of them.
-    pub fn one_of(&self, names: &[&'static str]) -> Result<&'static str, BadInput> {
+    pub fn one_of<'n>(&self, names: &[&'n str]) -> Result<&'n str, BadInput> {
         let text = self.string()?;
         names
             .iter()

@@ -5,7 +5,7 @@
 
 use crate::error::Error;
 use crate::experiment::{EstimatorSpec, Output};
-use crate::rows::{self, Belief, Estimate, EstimatorInfo, Set, Timing};
+use crate::rows::{self, Belief, Estimate, EstimatorInfo, Extra, Set, Timing};
 use crate::stage::{Experiment, Recordings, metadata};
 use crate::store::canonical;
 use crate::table::{self, Name, TableWriter};
@@ -111,12 +111,13 @@ pub fn phase_name(phase: Phase) -> &'static str {
 struct RunRows {
     estimates: Vec<Estimate>,
     beliefs: Vec<Belief>,
+    extras: Vec<Extra>,
     sets: Vec<Set>,
     shapes: Vec<Set>,
     timing: Option<Timing>,
 }
 
-/// Writes `estimates`, `beliefs`, `sets`, `shapes` (outlines of run 0 for the trace) and `timings`.
+/// Writes `estimates`, `beliefs`, `extras` (for metrics), `sets`, `shapes` (outlines of run 0 for the trace) and `timings`.
 pub fn make(
     job: &Job,
     recordings: &Recordings,
@@ -128,6 +129,7 @@ pub fn make(
     let meta = metadata("estimate", job.seed);
     let mut estimates = TableWriter::create(&dir.join("estimates.parquet"), &meta)?;
     let mut beliefs = TableWriter::create(&dir.join("beliefs.parquet"), &meta)?;
+    let mut extras = TableWriter::create(&dir.join("extras.parquet"), &meta)?;
     let mut sets = TableWriter::create(&dir.join("sets.parquet"), &meta)?;
     let mut shapes = TableWriter::create(&dir.join("shapes.parquet"), &meta)?;
     let mut timings = Vec::new();
@@ -144,6 +146,7 @@ pub fn make(
         for run in finished {
             estimates.push(run.estimates)?;
             beliefs.push(run.beliefs)?;
+            extras.push(run.extras)?;
             sets.push(run.sets)?;
             shapes.push(run.shapes)?;
             timings.extend(run.timing);
@@ -151,6 +154,7 @@ pub fn make(
     }
     estimates.close()?;
     beliefs.close()?;
+    extras.close()?;
     sets.close()?;
     shapes.close()?;
     table::write(&dir.join("timings.parquet"), timings, &meta)?;
@@ -189,26 +193,24 @@ impl<'a> Judged<'a> {
             let Some(step) = steps.next() else { break };
             times.push(start.elapsed().as_nanos() as i64);
             let truth = recordings.truth(run, step.k);
-            if let Some(predicted) = &step.predicted {
-                self.judge(
-                    run,
-                    step.k,
-                    Phase::Predicted,
-                    predicted,
-                    truth.as_deref(),
-                    &mut rows,
-                );
+            let truth = truth.as_deref();
+            if let Some(belief) = &step.predicted {
+                self.record(run, step.k, Phase::Predicted, belief, truth, &mut rows);
             }
             match &step.updated {
-                Ok(updated) => self.judge(
-                    run,
-                    step.k,
-                    Phase::Updated,
-                    updated,
-                    truth.as_deref(),
-                    &mut rows,
-                ),
-                Err(EstimationError::Inconsistent { k }) => self.inconsistent(run, *k, &mut rows),
+                // Nothing new is known, and nothing is said twice.
+                Ok(belief)
+                    if step
+                        .predicted
+                        .as_ref()
+                        .is_some_and(|b| b.says_the_same(belief)) => {}
+                Ok(belief) => self.record(run, step.k, Phase::Updated, belief, truth, &mut rows),
+                Err(EstimationError::Inconsistent { k }) => {
+                    self.ended(run, *k, "inconsistent", &mut rows);
+                }
+                Err(EstimationError::Refused { k, .. }) => {
+                    self.ended(run, *k, "refused", &mut rows)
+                }
                 Err(source) => {
                     return Err(Error::Estimation {
                         experiment: self.job.name.clone(),
@@ -231,7 +233,7 @@ impl<'a> Judged<'a> {
         Ok(rows)
     }
 
-    fn judge(
+    fn record(
         &self,
         run: usize,
         k: usize,
@@ -240,8 +242,13 @@ impl<'a> Judged<'a> {
         truth: Option<&[Interval]>,
         rows: &mut RunRows,
     ) {
-        let center = belief.center();
-        let hull = belief.interval_hull();
+        let (center, hull, size) = (belief.center(), belief.interval_hull(), belief.size());
+        let truth = truth.filter(|_| hull.is_some());
+        let contains = truth.and_then(|x| match belief.contains(x) {
+            Containment::Inside => Some(true),
+            Containment::Outside => Some(false),
+            Containment::Undecided => None,
+        });
         let bounded = hull
             .as_ref()
             .is_none_or(|h| h.iter().all(|side| side.is_finite()));
@@ -260,15 +267,6 @@ impl<'a> Judged<'a> {
                 status: status.clone(),
             });
         }
-        let size = belief.size();
-        let has_set = hull.is_some();
-        let contains = truth
-            .filter(|_| has_set)
-            .and_then(|x| match belief.contains(x) {
-                Containment::Inside => Some(true),
-                Containment::Outside => Some(false),
-                Containment::Undecided => None,
-            });
         rows.beliefs.push(Belief {
             estimator: self.id.clone(),
             run: run as i32,
@@ -284,6 +282,16 @@ impl<'a> Judged<'a> {
             lp_count: size.lp_count as i64,
             pivots: size.pivots as i64,
         });
+        if phase == self.estimator.reported_phase() {
+            rows.extras
+                .extend(belief.extras().into_iter().map(|(name, value)| Extra {
+                    estimator: self.id.clone(),
+                    run: run as i32,
+                    k: k as i32,
+                    name: name.into(),
+                    value,
+                }));
+        }
         if run == 0 {
             let wanted = self.job.output.sets.contains(&k);
             let traced = self.job.output.traces && phase == self.estimator.reported_phase();
@@ -326,7 +334,8 @@ impl<'a> Judged<'a> {
         }
     }
 
-    fn inconsistent(&self, run: usize, k: usize, rows: &mut RunRows) {
+    /// A run that ended at `k` without a belief, and why.
+    fn ended(&self, run: usize, k: usize, status: &str, rows: &mut RunRows) {
         for component in &self.components {
             rows.estimates.push(Estimate {
                 estimator: self.id.clone(),
@@ -337,7 +346,7 @@ impl<'a> Judged<'a> {
                 center: None,
                 lower: None,
                 upper: None,
-                status: "inconsistent".into(),
+                status: status.into(),
             });
         }
     }

@@ -6,7 +6,7 @@
 use crate::error::Error;
 use crate::experiment::MetricSpec;
 use crate::experiment::metric::Bound;
-use crate::rows::{Belief, Estimate, Metric};
+use crate::rows::{Belief, Estimate, Extra, Metric};
 use crate::stage::estimate::{Job, describe, phase_name};
 use crate::stage::{Experiment, Recordings, metadata};
 use crate::store::Artifact;
@@ -17,6 +17,7 @@ use std::path::Path;
 use zonobench_estimation::estimators::{printed_width_bound, width_bound};
 use zonobench_estimation::{EstimationError, Problem, System as _};
 use zonobench_sets::ellipsoid::{Ellipsoid, chi_square_isf};
+use zonobench_sets::se2::wrap;
 use zonobench_sets::{IntervalVector, Matrix};
 
 /// The code that this stage can reach.
@@ -50,6 +51,7 @@ struct Point {
     radius: Option<f64>,
     volume: Option<f64>,
     contains: Option<bool>,
+    extras: Vec<(Name, f64)>,
 }
 
 impl Point {
@@ -59,6 +61,12 @@ impl Point {
 
     fn widths(&self) -> impl Iterator<Item = f64> {
         self.upper.iter().zip(&self.lower).map(|(u, l)| u - l)
+    }
+
+    /// The extra number `name`, or NaN.
+    fn extra(&self, name: &str) -> f64 {
+        let found = self.extras.iter().find(|(n, _)| &**n == name);
+        found.map_or(f64::NAN, |(_, value)| *value)
     }
 
     fn has_set(&self) -> bool {
@@ -72,7 +80,8 @@ struct Series {
     kind: String,
     reported: usize,
     phases: [Vec<Vec<Option<Point>>>; 2],
-    inconsistent: Vec<Option<usize>>,
+    /// The step at which a run ended, and the status it ended with.
+    ended: Vec<Option<(usize, Name)>>,
 }
 
 impl Series {
@@ -91,6 +100,7 @@ fn read(
     runs: usize,
     estimates: &Path,
     beliefs: &Path,
+    extras: &Path,
 ) -> Result<Series, Error> {
     let n = experiment.problem.system.variables().x.len();
     let info = describe(&Job::of(experiment, index))?;
@@ -100,14 +110,12 @@ fn read(
         kind: info.kind.to_string(),
         reported: phase_index(&info.reported_phase),
         phases: [empty(), empty()],
-        inconsistent: vec![None; runs],
+        ended: vec![None; runs],
     };
     table::for_each::<Estimate>(estimates, |row| {
         let (run, k) = (row.run as usize, row.k as usize);
         let Some(center) = row.center else {
-            if &*row.status == "inconsistent" {
-                series.inconsistent[run] = Some(k);
-            }
+            series.ended[run] = Some((k, row.status));
             return;
         };
         let point =
@@ -129,6 +137,13 @@ fn read(
             point.contains = row.contains_truth;
         }
     })?;
+    let reported = series.reported;
+    table::for_each::<Extra>(extras, |row| {
+        let place = &mut series.phases[reported][row.run as usize][row.k as usize];
+        if let Some(point) = place {
+            point.extras.push((row.name, row.value));
+        }
+    })?;
     Ok(series)
 }
 
@@ -148,7 +163,7 @@ pub fn make(
                 artifact.path(name).ok_or_else(|| Error::Unknown {
                     what: "file of the estimates",
                     got: name.to_owned(),
-                    expected: "estimates.parquet, beliefs.parquet".to_owned(),
+                    expected: "estimates.parquet, beliefs.parquet, extras.parquet".to_owned(),
                 })
             };
             read(
@@ -157,6 +172,7 @@ pub fn make(
                 runs,
                 &path("estimates.parquet")?,
                 &path("beliefs.parquet")?,
+                &path("extras.parquet")?,
             )
         })
         .collect::<Result<_, _>>()?;
@@ -200,19 +216,14 @@ fn fold(
         run: 0,
         source: Box::new(source),
     };
-    let components: Vec<Name> = experiment
-        .problem
-        .system
-        .variables()
-        .x
-        .iter()
-        .map(|v| v.name.as_str().into())
-        .collect();
+    let variables = experiment.problem.system.variables();
+    let components: Vec<Name> = variables.x.iter().map(|v| v.name.as_str().into()).collect();
     let context = Context {
         steps: experiment.steps,
         spec,
         s,
         compared,
+        angles: variables.x.iter().map(|v| v.unit == "rad").collect(),
         phase: spec
             .phase
             .map_or(s.reported, |p| phase_index(phase_name(p))),
@@ -299,6 +310,8 @@ struct Context<'a> {
     compared_phase: usize,
     bound: Option<f64>,
     ellipsoid: Option<f64>,
+    /// Whether a component of the state is an angle.
+    angles: Vec<bool>,
 }
 
 impl Context<'_> {
@@ -322,6 +335,24 @@ impl Context<'_> {
                     (Some(i), self.ratio_or(&window, run, square).map(f64::sqrt))
                 })
                 .collect(),
+            "rmse_wrapped" => (0..n)
+                .map(|i| {
+                    let square = |k: usize, p: &Point| {
+                        let e = p.center[i] - truth(k)[i];
+                        let e = if self.angles[i] { wrap(e) } else { e };
+                        e * e
+                    };
+                    (Some(i), self.ratio_or(&window, run, square).map(f64::sqrt))
+                })
+                .collect(),
+            "rmse_norm" => {
+                let square = |k: usize, p: &Point| {
+                    let x = truth(k);
+                    let errors = self.spec.components.iter().map(|&i| p.center[i] - x[i]);
+                    errors.map(|e| e * e).sum()
+                };
+                one(self.ratio_or(&window, run, square).map(f64::sqrt))
+            }
             "radius" | "r_box" => one(self.ratio_or(&window, run, |_, p| {
                 p.half_widths().fold(f64::NAN, f64::max)
             })),
@@ -338,6 +369,17 @@ impl Context<'_> {
             "volume" | "area" => {
                 one(self.ratio_or(&window, run, |_, p| p.volume.unwrap_or(f64::NAN)))
             }
+            "box_area" => one(self.ratio_or(&window, run, |_, p| {
+                self.spec
+                    .components
+                    .iter()
+                    .map(|&i| width_of(p, i))
+                    .product()
+            })),
+            "body_box_area" => one(self.ratio_or(&window, run, |_, p| {
+                p.extra("body_width_1") * p.extra("body_width_2")
+            })),
+            "projected_area" => one(self.ratio_or(&window, run, |_, p| p.extra("projected_area"))),
             "bound_ratio" => one(self.bound.and_then(|bound| {
                 sets()
                     .flat_map(|(_, p)| p.widths())
@@ -353,8 +395,10 @@ impl Context<'_> {
                     .count();
                 one(any.then_some(lost as f64))
             }
-            "inconsistent" => {
-                let ended = self.s.inconsistent[run].is_some_and(|k| self.spec.covers(k));
+            status @ ("inconsistent" | "refused") => {
+                let ended = self.s.ended[run]
+                    .as_ref()
+                    .is_some_and(|(k, how)| &**how == status && self.spec.covers(*k));
                 one(Some(f64::from(u8::from(ended))))
             }
             "better" => (0..n)

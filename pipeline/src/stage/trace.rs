@@ -57,11 +57,12 @@ pub fn make(
         if row.run != 0 {
             return;
         }
-        if &*row.status == "inconsistent" {
-            steps.entry(k).or_default().status = "inconsistent".to_owned();
-        } else if row.phase == info.reported_phase
-            && let Some(center) = row.center
-        {
+        let Some(center) = row.center else {
+            // The run ended here, and the status says why.
+            steps.entry(k).or_default().status = row.status.to_string();
+            return;
+        };
+        if row.phase == info.reported_phase {
             steps.entry(k).or_default().status = row.status.to_string();
             let place = centers.entry(k).or_default();
             place[0].push(center);

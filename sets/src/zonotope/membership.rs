@@ -4,12 +4,13 @@
 //! o ∈ G [−1, 1]^p asks for a ξ in the cube with G ξ = o. The Douglas–Rachford iteration, which projects in
 //! turns on a cube a little smaller than the unit one and on the plane G ξ = o, leads to such a ξ where the
 //! set holds o with some room. Where it does not, the gap between the two, Gᵀ λ, is normal to a half-space
-//! that holds the set and not o. Neither answer trusts the iteration: each is checked in intervals.
+//! that holds the set and not o. Neither answer trusts the iteration: each is checked, with its rounding.
 //!
 //! Source: H. H. Bauschke, P. L. Combettes, D. R. Luke, "Finding best approximation pairs relative to two
 //! closed convex sets in Hilbert spaces", Journal of Approximation Theory 127, 2004.
 
 use super::Zonotope;
+use crate::rounding::{gamma, up};
 use crate::{Containment, Interval, Matrix};
 
 /// How often the two projections are taken.
@@ -78,34 +79,39 @@ impl Zonotope {
     ///
     /// With ρ = o − G ξ and E = G K − I, ‖E‖∞ ≤ ε < 1, the equation (I + E) s = ρ has a solution with
     /// ‖s‖∞ ≤ t = ‖ρ‖∞/(1 − ε), so that G (ξ + K s) = o; and |ξ_j| + ‖K_j‖₁ t ≤ 1 keeps it in the cube.
+    ///
+    /// |ρ_i| ≤ ⌈|fl(mid o_i − G_i ξ)| + rad o_i + γ_{p+1} (|mid o_i| + |G|_i 1)⌉, as |ξ| ≤ 1, and
+    /// Σ_l |E_il| ≤ ⌈Σ_l |fl(E_il)| + γ_{p+1} Σ_l (1 + |G_i| |K_l|)⌉.
     fn is_certificate(&self, xi: &[f64], k: &Matrix, offset: &[Interval]) -> bool {
-        let n = self.dim();
-        let mut residual = Interval::ZERO;
-        let mut defect = Interval::ZERO;
-        for (i, &side) in offset.iter().enumerate() {
+        let (n, p) = (self.dim(), self.generators());
+        let (mut residual, mut defect) = (0.0_f64, 0.0_f64);
+        for (i, side) in offset.iter().enumerate() {
             let row = self.g.row(i);
-            let reached = row
-                .iter()
-                .zip(xi)
-                .fold(side, |s, (&g, &x)| s - Interval::point(g) * x);
-            residual = Interval::point(residual.hi().max(reached.mag()));
-            let sum = (0..n).fold(Interval::ZERO, |sum, l| {
-                let start = Interval::point(if i == l { -1.0 } else { 0.0 });
-                let entry = row
-                    .iter()
-                    .zip(k.row(l))
-                    .fold(start, |s, (&g, &k)| s + Interval::point(g) * k);
-                sum + entry.abs()
-            });
-            defect = Interval::point(defect.hi().max(sum.hi()));
+            let mid = side.mid();
+            let reached = row.iter().zip(xi).fold(mid, |s, (g, x)| s - g * x);
+            let size = mid.abs() + row.iter().fold(0.0, |s, g| s + g.abs());
+            let bound = reached.abs() + side.rad() + gamma(p + 1) * size;
+            residual = residual.max(up(bound, p + 4));
+            let mut sum = 0.0;
+            for l in 0..n {
+                let start = if i == l { -1.0 } else { 0.0 };
+                let (mut entry, mut size) = (start, 1.0);
+                for (g, k) in row.iter().zip(k.row(l)) {
+                    entry += g * k;
+                    size += (g * k).abs();
+                }
+                sum += entry.abs() + gamma(p + 1) * size;
+            }
+            defect = defect.max(up(sum, n + p + 3));
         }
-        if defect.hi() >= 0.5 || !residual.is_finite() {
+        if defect >= 0.5 {
             return false;
         }
-        let t = residual / (Interval::ONE - defect);
-        xi.iter().enumerate().all(|(j, &x)| {
-            let norm = (0..n).fold(Interval::ZERO, |s, i| s + k[(i, j)].abs());
-            (Interval::point(x.abs()) + norm * t).hi() <= 1.0
+        // 1/(1 − ε) ≤ 1 + 2 ε for ε ≤ 1/2.
+        let t = up(residual * (1.0 + 2.0 * defect), 3);
+        xi.iter().enumerate().all(|(j, x)| {
+            let norm = (0..n).fold(0.0, |s, i| s + k[(i, j)].abs());
+            up(x.abs() + norm * t, n + 2) <= 1.0
         })
     }
 

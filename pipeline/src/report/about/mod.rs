@@ -2,6 +2,7 @@
 
 mod r#box;
 mod ezgkf;
+mod inzsmf;
 
 use crate::error::Error;
 use crate::lake;
@@ -9,7 +10,7 @@ use crate::papers::Paper;
 use crate::report::source::{FirstRun, Source};
 
 /// The papers that have a page of their own.
-const PAPERS: &[About] = &[r#box::ABOUT, ezgkf::ABOUT];
+const PAPERS: &[About] = &[r#box::ABOUT, ezgkf::ABOUT, inzsmf::ABOUT];
 
 /// The bibliography, under the keys that the code cites.
 const REFERENCES: &str = include_str!("../../../../references.bib");
