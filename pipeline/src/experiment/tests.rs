@@ -844,6 +844,48 @@ fn an_estimator_may_have_its_own_prior_and_noise() {
 }
 
 #[test]
+fn a_vehicle_is_read_and_its_faults_are_pointed_at() {
+    let text = r#"schema = 1
+paper  = "mine"
+id     = "vehicle"
+seed   = 1
+runs   = 2
+steps  = 9
+[system]
+kind = "vehicle-se2"
+dt   = 0.01
+form = "group"
+[prior]
+center     = [0.0, 0.0, 0.0]
+generators = [[0.1, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 0.5]]
+[noise]
+w = { box = [[-0.1, 0.1], [-0.1, 0.1], [-0.1, 0.1]] }
+v = { box = [[-1.0, 1.0], [-1.0, 1.0]] }
+[inputs]
+constant = [0.4, 8.0]
+[[estimator]]
+id   = "filter"
+kind = "inzsmf"
+generators = 30
+gain = { longitudinal = 0.98, lateral = [0.95, 0.98] }
+[[metric]]
+name = "rmse_norm"
+components = ["x2", "x1"]
+"#;
+    let e = one(text);
+    assert_eq!(e.problem.system.kind(), "vehicle-se2");
+    assert_eq!(e.metrics[0].components, [2, 1]);
+    let wrong = |from: &str, to: &str| complaint(&text.replace(from, to));
+    assert!(wrong("dt   = 0.01", "dt   = 0").contains("system.dt: expected positive and finite, got 0"));
+    assert!(wrong("\"group\"", "\"groop\"").ends_with("[did you mean \"group\"?]"));
+    assert!(wrong("generators = 30", "generators = 3").contains("estimator.filter.generators: expected at least 4"));
+    let poles = wrong("longitudinal = 0.98", "longitudinal = 1.5");
+    assert!(poles.contains("estimator.filter.gain: expected poles of magnitude below 1, got 1.5"), "{poles}");
+    let name = wrong("gain = { longitudinal = 0.98, lateral = [0.95, 0.98] }", "gain = \"optimal\"");
+    assert!(name.contains("estimator.filter.gain") && name.contains("f-radius"), "{name}");
+}
+
+#[test]
 fn metrics_are_checked_against_their_table() {
     let with = |metric: &str| BASE.replace("[[metric]]\nname = \"rmse\"\nfrom = 4\n", metric);
     let e = one(&with(
@@ -878,6 +920,18 @@ fn metrics_are_checked_against_their_table() {
     assert_eq!(
         wrong("name = \"rmse\"\nfrom = 9\nto = 8"),
         "x.toml:40: metric[1].to: expected a step of at least from = 9, got 8"
+    );
+    assert_eq!(
+        wrong("name = \"rmse_norm\""),
+        "x.toml:37: metric[1].components: expected a value, which rmse_norm needs, got nothing"
+    );
+    assert_eq!(
+        wrong("name = \"box_area\"\ncomponents = [\"x1\", \"x3\"]"),
+        "x.toml:39: metric[1].components[2]: expected x1 or x2, got \"x3\" [did you mean \"x2\"?]"
+    );
+    assert!(
+        wrong("name = \"box_area\"\ncomponents = [\"x1\", \"x1\"]")
+            .ends_with("expected different components, got x1 again")
     );
     assert_eq!(
         wrong("name = \"boundary\"\nlevel = 2"),
