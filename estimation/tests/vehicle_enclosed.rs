@@ -139,7 +139,7 @@ fn judge(name: &str, estimator: &AnyEstimator, t: &Trajectory) -> Result<Means, 
         }
         let share = 1.0 / (STEPS + 1) as f64;
         means.heading += share * hull[0].width();
-        means.area += share * belief.extras()[2].1;
+        means.area += share * belief.extras()[1].1;
         means.inside += share * f64::from(u8::from(verdict == Containment::Inside));
     }
     Ok(means)

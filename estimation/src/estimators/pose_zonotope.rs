@@ -257,13 +257,12 @@ impl Belief for PoseZonotope {
             && self.error == other.error
     }
 
-    /// `body_width_1`, `body_width_2`: widths along the vehicle's axes; `projected_area`: the exact area of
-    /// the positions.
+    /// `body_box_area`: the area of the box around the positions along the vehicle's axes, to first order;
+    /// `projected_area`: their exact area.
     fn extras(&self) -> Vec<Extra> {
         let [along, across] = self.body_half_widths();
         vec![
-            ("body_width_1", 2.0 * along),
-            ("body_width_2", 2.0 * across),
+            ("body_box_area", 4.0 * along * across),
             ("projected_area", self.projected_area()),
         ]
     }

@@ -876,13 +876,27 @@ components = ["x2", "x1"]
     assert_eq!(e.problem.system.kind(), "vehicle-se2");
     assert_eq!(e.metrics[0].components, [2, 1]);
     let wrong = |from: &str, to: &str| complaint(&text.replace(from, to));
-    assert!(wrong("dt   = 0.01", "dt   = 0").contains("system.dt: expected positive and finite, got 0"));
+    assert!(
+        wrong("dt   = 0.01", "dt   = 0").contains("system.dt: expected positive and finite, got 0")
+    );
     assert!(wrong("\"group\"", "\"groop\"").ends_with("[did you mean \"group\"?]"));
-    assert!(wrong("generators = 30", "generators = 3").contains("estimator.filter.generators: expected at least 4"));
+    assert!(
+        wrong("generators = 30", "generators = 3")
+            .contains("estimator.filter.generators: expected at least 4")
+    );
     let poles = wrong("longitudinal = 0.98", "longitudinal = 1.5");
-    assert!(poles.contains("estimator.filter.gain: expected poles of magnitude below 1, got 1.5"), "{poles}");
-    let name = wrong("gain = { longitudinal = 0.98, lateral = [0.95, 0.98] }", "gain = \"optimal\"");
-    assert!(name.contains("estimator.filter.gain") && name.contains("f-radius"), "{name}");
+    assert!(
+        poles.contains("estimator.filter.gain: expected poles of magnitude below 1, got 1.5"),
+        "{poles}"
+    );
+    let name = wrong(
+        "gain = { longitudinal = 0.98, lateral = [0.95, 0.98] }",
+        "gain = \"optimal\"",
+    );
+    assert!(
+        name.contains("estimator.filter.gain") && name.contains("f-radius"),
+        "{name}"
+    );
 }
 
 #[test]

@@ -376,10 +376,9 @@ impl Context<'_> {
                     .map(|&i| width_of(p, i))
                     .product()
             })),
-            "body_box_area" => one(self.ratio_or(&window, run, |_, p| {
-                p.extra("body_width_1") * p.extra("body_width_2")
-            })),
-            "projected_area" => one(self.ratio_or(&window, run, |_, p| p.extra("projected_area"))),
+            name @ ("body_box_area" | "projected_area") => {
+                one(self.ratio_or(&window, run, |_, p| p.extra(name)))
+            }
             "bound_ratio" => one(self.bound.and_then(|bound| {
                 sets()
                     .flat_map(|(_, p)| p.widths())
