@@ -941,7 +941,7 @@ fn metrics_are_checked_against_their_table() {
     );
     assert_eq!(
         wrong("name = \"box_area\"\ncomponents = [\"x1\", \"x3\"]"),
-        "x.toml:39: metric[1].components[2]: expected x1 or x2, got \"x3\" [did you mean \"x2\"?]"
+        "x.toml:39: metric[1].components[2]: expected x1, x2, got \"x3\" [did you mean \"x1\"?]"
     );
     assert!(
         wrong("name = \"box_area\"\ncomponents = [\"x1\", \"x1\"]")
