@@ -105,7 +105,7 @@ impl PoseZonotope {
     }
 
     /// A box that holds every (θ, x) of the set itself, which is curved in the coordinates `Left` and `Right`:
-    /// X̂ exp([ε]) or exp([ε]) X̂ evaluated on the interval hull of the errors.
+    /// X̂ exp(ε) or exp(ε) X̂ with ε an interval, evaluated on the interval hull of the errors.
     ///
     /// θ is the heading as it stands, not wrapped. Rounded outward. Fails where the hull is not finite.
     pub fn enclosure(&self) -> Result<IntervalVector, SetError> {
