@@ -15,15 +15,22 @@ impl Truth {
     /// True if x_0, and w and v up to step `steps`, lie in the sets of `problem` in every run.
     ///
     /// False where that cannot be seen: a Gaussian that is not truncated, a set that is not the assumed one
-    /// and whose hull does not fit into an assumed box.
+    /// and whose hull does not fit into an assumed box, a measurement assumed to be exact.
     pub fn is_admissible(&self, problem: &Problem, steps: usize) -> bool {
         let start = match &self.x0 {
             InitialState::Point(x) => holds_point(&problem.prior, x),
             InitialState::Drawn(of) => of.has_set() && fits(of, &problem.prior),
         };
         let bounded_delta = AnySystem::n_delta(&problem.system) == 0 || self.delta.is_some();
+        // y_k is rounded to an f64: only noise of some width can stand for that.
+        let rounding_fits = problem
+            .v
+            .box_hull()
+            .iter()
+            .all(|side| side.lo() < side.hi());
         start
             && bounded_delta
+            && rounding_fits
             && noise_fits(&self.w, &problem.w, steps)
             && noise_fits(&self.v, &problem.v, steps + 1)
     }
@@ -149,6 +156,13 @@ mod tests {
         assert!(truth(Law::Gaussian, true, 1.0).is_admissible(&problem(), 5));
         assert!(!truth(Law::Gaussian, false, 1.0).is_admissible(&problem(), 5));
         assert!(!truth(Law::Uniform, false, 1.5).is_admissible(&problem(), 5));
+    }
+
+    #[test]
+    fn a_measurement_that_is_assumed_to_be_exact_is_rounded_all_the_same() {
+        let mut exact = problem();
+        exact.v = Uncertain::from_box(&[0.0], &[0.0]).unwrap();
+        assert!(!truth(Law::Zero, false, 1.0).is_admissible(&exact, 5));
     }
 
     #[test]

@@ -402,7 +402,9 @@ fn list(dir: &Path, relative: &str, out: &mut Vec<String>) {
     }
 }
 
-/// Steps at which a set that is called guaranteed certainly lost the truth.
+/// What breaks a guarantee: steps at which a guaranteed set certainly lost the truth, and measurements that a
+/// guaranteed estimator calls contradictory although the data keep to what it assumes. An empty set holds no
+/// truth either.
 pub fn violations(lake: &Path, entries: &[Entry]) -> Result<Vec<Finding>, Error> {
     let mut findings = Vec::new();
     for entry in entries.iter().filter(|e| e.table == "beliefs") {
@@ -420,22 +422,74 @@ pub fn violations(lake: &Path, entries: &[Entry]) -> Result<Vec<Finding>, Error>
         if guaranteed.is_empty() {
             continue;
         }
-        let mut lost = BTreeMap::<_, (usize, i32, i32)>::new();
+        let mut lost = Places::new();
         table::for_each::<rows::Belief>(&lake.join(&entry.path), |b| {
             if b.contains_truth == Some(false) && guaranteed.contains(&b.estimator) {
-                lost.entry(b.estimator).or_insert((0, b.run, b.k)).0 += 1;
+                note(&mut lost, b.estimator, b.run, b.k);
             }
         })?;
-        for (estimator, (n, run, k)) in lost {
-            findings.push(Finding {
-                path: entry.path.clone(),
-                what: format!(
-                    "guarantee violated: {estimator} lost the truth at {n} steps, first at run {run}, k = {k}"
-                ),
-            });
+        let estimates = table_path("estimates", paper, experiment);
+        let mut empty = Places::new();
+        if may_differ(&lake.join(&estimates), "status", "ok")? {
+            table::for_each::<rows::Estimate>(&lake.join(&estimates), |e| {
+                if &*e.status == "inconsistent" && guaranteed.contains(&e.estimator) {
+                    note(&mut empty, e.estimator, e.run, e.k);
+                }
+            })?;
         }
+        let what = "lost the truth";
+        findings.extend(
+            lost.into_iter()
+                .map(|place| broken(&entry.path, what, place)),
+        );
+        let what = "called admissible data contradictory";
+        findings.extend(
+            empty
+                .into_iter()
+                .map(|place| broken(&estimates, what, place)),
+        );
     }
     Ok(findings)
+}
+
+/// For each estimator the (run, k) of its broken guarantees.
+type Places = BTreeMap<table::Name, BTreeSet<(i32, i32)>>;
+
+fn note(places: &mut Places, estimator: table::Name, run: i32, k: i32) {
+    places.entry(estimator).or_default().insert((run, k));
+}
+
+fn broken(
+    path: &str,
+    what: &str,
+    (estimator, steps): (table::Name, BTreeSet<(i32, i32)>),
+) -> Finding {
+    let (run, k) = steps.first().copied().unwrap_or_default();
+    let n = steps.len();
+    Finding {
+        path: path.to_owned(),
+        what: format!(
+            "guarantee violated: {estimator} {what} at {n} steps, first at run {run}, k = {k}"
+        ),
+    }
+}
+
+/// Whether a text column may hold anything but `value`, by the statistics in the file's footer.
+fn may_differ(path: &Path, column: &str, value: &str) -> Result<bool, Error> {
+    let file = fs::File::open(path).map_err(|e| Error::io("open", path, e))?;
+    let reader = parquet::file::serialized_reader::SerializedFileReader::new(file)
+        .map_err(|e| Error::parquet(path, e))?;
+    let metadata = parquet::file::reader::FileReader::metadata(&reader);
+    Ok(metadata.row_groups().iter().any(|group| {
+        let chunk = group
+            .columns()
+            .iter()
+            .find(|c| c.column_path().string() == column);
+        let Some(statistics) = chunk.and_then(|c| c.statistics()) else {
+            return true;
+        };
+        [statistics.min_bytes_opt(), statistics.max_bytes_opt()] != [Some(value.as_bytes()); 2]
+    }))
 }
 
 /// The descriptions of the lake that are files of it: a page for people, a data package for programs.
@@ -544,4 +598,87 @@ pub fn on_disk(lake: &Path, table: &str) -> Vec<PathBuf> {
     found.retain(|path| path.ends_with(".parquet"));
     found.sort();
     found.into_iter().map(|path| lake.join(path)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rows::{Belief, Estimate, EstimatorInfo};
+
+    /// A lake of one experiment with a guaranteed and another estimator, whose last step has this status
+    /// and this verdict of the judge.
+    fn violations_of(status: &str, contains: Option<bool>) -> Vec<String> {
+        let lake = tempfile::tempdir().unwrap();
+        let place = |table: &str| {
+            let path = lake.path().join(table_path(table, "p", "e"));
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            path
+        };
+        let meta = BTreeMap::new();
+        let info = |estimator: &str, guaranteed| EstimatorInfo {
+            estimator: estimator.into(),
+            kind: "kind".into(),
+            guaranteed,
+            reads: "y_k".into(),
+            reported_phase: "updated".into(),
+            settings: "{}".into(),
+        };
+        let infos = [info("proved", true), info("other", false)];
+        table::write(&place("estimators"), infos, &meta).unwrap();
+        let estimate = |estimator: &str, k, status: &str| Estimate {
+            estimator: estimator.into(),
+            run: 3,
+            k,
+            phase: "updated".into(),
+            component: "x1".into(),
+            center: None,
+            lower: None,
+            upper: None,
+            status: status.into(),
+        };
+        let both = ["proved", "other"];
+        let estimates = both
+            .iter()
+            .flat_map(|e| [estimate(e, 0, "ok"), estimate(e, 1, status)]);
+        table::write(&place("estimates"), estimates, &meta).unwrap();
+        let beliefs = both.map(|estimator| Belief {
+            estimator: estimator.into(),
+            run: 3,
+            k: 1,
+            phase: "updated".into(),
+            n_generators: None,
+            n_constraints: None,
+            trace_ggt: None,
+            radius: None,
+            volume: None,
+            covariance: None,
+            contains_truth: contains,
+            lp_count: 0,
+            pivots: 0,
+        });
+        table::write(&place("beliefs"), beliefs, &meta).unwrap();
+        let entry = Entry {
+            path: table_path("beliefs", "p", "e"),
+            table: "beliefs".to_owned(),
+            bytes: 0,
+            blake3: String::new(),
+            rows: None,
+            schema_version: None,
+            key: String::new(),
+        };
+        let found = violations(lake.path(), &[entry]).unwrap();
+        found.into_iter().map(|f| f.what).collect()
+    }
+
+    #[test]
+    fn a_guaranteed_set_that_loses_the_truth_or_is_empty_is_a_violation() {
+        assert!(violations_of("ok", Some(true)).is_empty());
+        assert!(violations_of("ok", None).is_empty());
+        assert!(violations_of("refused", None).is_empty());
+        let lost = "guarantee violated: proved lost the truth at 1 steps, first at run 3, k = 1";
+        assert_eq!(violations_of("ok", Some(false)), [lost]);
+        let empty = "guarantee violated: proved called admissible data contradictory at 1 steps, \
+                     first at run 3, k = 1";
+        assert_eq!(violations_of("inconsistent", None), [empty]);
+    }
 }
