@@ -1,5 +1,7 @@
 //! Reductions and strips under rounding: a point that is exactly in the set is exactly in the result.
 
+#![allow(clippy::disallowed_methods)] // the platform's functions stand here as a second opinion
+
 mod rational;
 
 use num_traits::{Signed, ToPrimitive, Zero};
