@@ -41,7 +41,7 @@ pub fn mean_value<F: Function>(
             .map(|j| (0..rad.rows()).map(|i| 2.0 * rad[(i, j)]).sum())
             .collect())
     };
-    let h = choice.point(x, hull, &free, weights, lp)?;
+    let h = choice.point(x, hull, || Ok(free.c().to_vec()), weights, lp)?;
     let wide = around(hull, &h);
     let j = if wide == *hull {
         over
