@@ -88,8 +88,13 @@ fn own(text: &str) -> TempDir {
     folder
 }
 
+fn with_times(lake: &TempDir, times: &[RecordedTime]) -> BTreeMap<String, String> {
+    let source = Source::open(lake.path()).unwrap();
+    render(&source, &drawn(&source).unwrap(), times).unwrap()
+}
+
 fn pages(lake: &TempDir) -> BTreeMap<String, String> {
-    render(lake.path(), &[]).unwrap()
+    with_times(lake, &[])
 }
 
 /// The targets of a page's links, images among them.
@@ -329,7 +334,7 @@ fn times_are_those_recorded_and_no_others() {
         time("ezgkf", 250.0),
         time("ezgkf-m", 50.0),
     ];
-    let with = &render(LAKE.path(), &times).unwrap()["ezgkf/README.md"];
+    let with = &with_times(&LAKE, &times)["ezgkf/README.md"];
     assert!(
         with.contains("| Table III, T^CPU, EZGKF | 1.6 ms | 250 µs |"),
         "{with}"
@@ -346,10 +351,10 @@ fn pages_are_written_once_and_other_files_left_alone() {
     let lake = own(OWN);
     let out = tempfile::tempdir().unwrap();
     std::fs::write(out.path().join("notes.md"), "mine").unwrap();
-    assert_eq!(write(lake.path(), out.path()).unwrap(), 2);
+    assert_eq!(write(lake.path(), out.path()).unwrap(), 3);
     let page = out.path().join("mine/README.md");
     let before = std::fs::metadata(&page).unwrap().modified().unwrap();
-    assert_eq!(write(lake.path(), out.path()).unwrap(), 2);
+    assert_eq!(write(lake.path(), out.path()).unwrap(), 3);
     assert_eq!(
         std::fs::metadata(&page).unwrap().modified().unwrap(),
         before
