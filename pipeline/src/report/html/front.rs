@@ -277,7 +277,7 @@ pub fn findings(papers: &[&Held], measured: &Measured) -> Page {
             body += "<p>None.</p>\n";
         } else {
             body += &table(
-                "sortable filtered",
+                "findings sortable filtered",
                 &format!("{}: {n} findings", paper.name),
                 &[
                     "claim, as printed",

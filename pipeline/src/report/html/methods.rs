@@ -86,7 +86,8 @@ impl Tally {
 #[derive(Default)]
 struct Method {
     kind: String,
-    guaranteed: bool,
+    /// In how many of its experiments its sets are guaranteed
+    guaranteed: usize,
     experiments: usize,
     error: Tally,
     size: Tally,
@@ -125,7 +126,7 @@ fn methods(source: &Source, held: &Held) -> Result<BTreeMap<String, Method>, Err
     for experiment in &held.experiments {
         for e in source.estimators(&held.name, experiment)? {
             let method = methods.entry(e.estimator.to_string()).or_default();
-            method.guaranteed = e.guaranteed && (method.experiments == 0 || method.guaranteed);
+            method.guaranteed += usize::from(e.guaranteed);
             method.kind = e.kind.to_string();
             method.experiments += 1;
         }
@@ -189,13 +190,12 @@ pub fn ranking(source: &Source, papers: &[&Held], times: &[StepTime]) -> Result<
         if compared.is_empty() {
             continue;
         }
-        let key = |m: &Method| {
-            m.error
-                .ratio()
-                .or_else(|| m.size.ratio())
-                .unwrap_or(f64::INFINITY)
-        };
-        compared.sort_by(|(_, a), (_, b)| key(a).total_cmp(&key(b)));
+        // By error; those that were compared in size alone come after.
+        let key = |m: &Method| [&m.error, &m.size].map(|t| t.ratio().unwrap_or(f64::INFINITY));
+        compared.sort_by(|(_, a), (_, b)| {
+            let ([error, size], [other, others]) = (key(a), key(b));
+            error.total_cmp(&other).then(size.total_cmp(&others))
+        });
         let rows: Vec<String> = compared
             .iter()
             .enumerate()
@@ -212,7 +212,7 @@ pub fn ranking(source: &Source, papers: &[&Held], times: &[StepTime]) -> Result<
                     escaped(name),
                     (i + 1).to_string(),
                     escaped(&m.kind),
-                    if m.guaranteed { "yes" } else { "no" }.to_owned(),
+                    format!("{} of {}", m.guaranteed, m.experiments),
                     error,
                     best,
                     size,
@@ -231,7 +231,7 @@ pub fn ranking(source: &Source, papers: &[&Held], times: &[StepTime]) -> Result<
                 "method",
                 "place",
                 "kind",
-                "guaranteed",
+                "experiments with a guarantee",
                 "error / least",
                 "least error",
                 "size / least",
@@ -260,11 +260,7 @@ fn period_us(held: &Held, experiment: &str) -> Option<f64> {
         .experiments
         .iter()
         .find(|e| e.id == experiment)?;
-    let system = serde_json::to_value(&e.problem.system).ok()?;
-    let seconds = ["dt", "ts"]
-        .into_iter()
-        .find_map(|key| system.get(key)?.as_f64())?;
-    Some(1e6 * seconds)
+    e.problem.system.period().map(|seconds| 1e6 * seconds)
 }
 
 /// Step times beside each other on a logarithmic scale, and beside the sampling period where there is one.

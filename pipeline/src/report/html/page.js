@@ -136,6 +136,9 @@
     tip.textContent = [button.dataset.exact, button.dataset.interval && "interval " + button.dataset.interval, ...run(button)].filter(Boolean).join("\n");
     tip.hidden = false;
     button.setAttribute("aria-describedby", "tip");
+    placeTip(button);
+  };
+  const placeTip = (button) => {
     const at = button.getBoundingClientRect();
     const size = tip.getBoundingClientRect();
     tip.style.left = Math.max(8, Math.min(at.left, innerWidth - size.width - 8)) + "px";
@@ -185,7 +188,11 @@
   document.addEventListener("focusout", (e) => { if (exactOf(e)) hideTip(); });
   document.addEventListener("keydown", (e) => { if (e.key === "Escape") hideTip(); });
   document.addEventListener("click", (e) => { const b = exactOf(e); if (b) { hideTip(); toggleMore(b); } });
-  addEventListener("scroll", hideTip, { passive: true });
+  // Moving on to a number with the keyboard may scroll: what is shown of it goes along.
+  addEventListener("scroll", () => {
+    const button = document.querySelector("[aria-describedby=tip]");
+    if (button) placeTip(button);
+  }, { passive: true, capture: true });
 
   // Search over every cell of every paper.
   const search = make("input", { type: "search", id: "search", size: 16, placeholder: "every cell" });
