@@ -18,7 +18,7 @@ mod model;
 mod page;
 mod source;
 mod timings;
-mod verdict;
+pub(crate) mod verdict;
 
 #[cfg(test)]
 mod tests;

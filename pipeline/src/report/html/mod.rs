@@ -8,7 +8,7 @@
 
 mod front;
 mod lake_tables;
-mod markup;
+pub mod markup;
 mod methods;
 mod paper;
 

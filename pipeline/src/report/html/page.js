@@ -18,6 +18,7 @@
     const target = document.getElementById(id);
     const page = target?.closest("section.page") ?? pages[0];
     for (const p of pages) p.hidden = p !== page;
+    prepare(page);
     for (const a of document.querySelectorAll("header nav a")) {
       if (a.hash === "#" + page.id) a.setAttribute("aria-current", "page");
       else a.removeAttribute("aria-current");
@@ -70,7 +71,7 @@
     const into = table.tBodies.length > 1 ? table : table.tBodies[0];
     into.append(...keyed.map((k) => k.unit));
   };
-  for (const table of document.querySelectorAll("table.sortable")) {
+  const sortable = (table) => {
     const heads = [...table.tHead.rows[0].cells];
     heads.forEach((th, column) => {
       const button = make("button", { type: "button" }, ...th.childNodes);
@@ -83,12 +84,12 @@
         sort(table, column, descending);
       });
     });
-  }
+  };
 
   // Filtering by words and by verdict.
-  for (const table of document.querySelectorAll("table.filtered")) {
+  const filtered = (table) => {
     const all = units(table);
-    if (all.length < 6) continue;
+    if (all.length < 6) return;
     const caption = table.caption.textContent;
     const words = make("input", { type: "search", size: 18 });
     words.setAttribute("aria-label", "Words to look for in " + caption);
@@ -116,7 +117,17 @@
     if (verdicts.length > 1) controls.append(verdict);
     controls.append(count);
     table.closest(".scroll").before(controls);
-  }
+  };
+
+  // A page's tables get what works on them when the page is first shown.
+  const prepared = new Set();
+  const prepare = (page) => {
+    if (prepared.has(page)) return;
+    prepared.add(page);
+    for (const table of page.querySelectorAll("table.sortable")) sortable(table);
+    for (const table of page.querySelectorAll("table.filtered")) filtered(table);
+    for (const button of page.querySelectorAll("button.exact")) button.setAttribute("aria-expanded", "false");
+  };
 
   // A number: all digits and the run when pointed at, the commands when pressed.
   const tip = make("div", { id: "tip", hidden: true });
@@ -180,7 +191,6 @@
     row.after(make("tr", { className: "more" }, cell));
     button.setAttribute("aria-expanded", "true");
   };
-  for (const button of document.querySelectorAll("button.exact")) button.setAttribute("aria-expanded", "false");
   const exactOf = (event) => event.target.closest?.("button.exact");
   document.addEventListener("mouseover", (e) => { const b = exactOf(e); if (b) showTip(b); });
   document.addEventListener("mouseout", (e) => { if (exactOf(e)) hideTip(); });

@@ -236,8 +236,14 @@ fn full(held: &Held, name: &str, cells: &[&Comparison]) -> String {
             _ => String::new(),
         };
         bodies += &format!(
-            "<tr><th scope=\"row\">{row}</th><td>{column}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>{}\
+            "<tr><th scope=\"row\">{row}</th><td>{column}</td><td{}>{}</td><td class=\"number\">{}</td>{}\
              <td>{}</td><td class=\"why\">{}</td></tr>\n",
+            // Claims are words, which may break.
+            if c.published.chars().count() < 20 {
+                " class=\"number\""
+            } else {
+                ""
+            },
             with_unit(&c.published, unit(held, c)),
             number(held, c),
             if intervals {
