@@ -1,0 +1,21 @@
+//! The numbered claims of the five papers, put to the test.
+//!
+//! Each claim (theorem, proposition, lemma, corollary, remark, or a sentence that the method rests on) is a
+//! [`Claim`]: what the paper says, and a function that tries it in exact rational arithmetic, on its smallest
+//! known counterexample and on instances drawn by counter. Nothing here states a verdict: it is computed from
+//! what the trials gave ([`Outcome::verdict`]).
+
+pub mod exact;
+mod trial;
+
+mod cz;
+
+pub use trial::{Claim, Outcome, Trial, Verdict};
+
+/// The claims of every paper, in the order of the papers and of their text.
+pub fn all() -> Vec<Claim> {
+    [cz::claims()].concat()
+}
+
+/// The papers that have claims, in order.
+pub const PAPERS: [&str; 5] = ["box", "bundle", "cz", "ezgkf", "inzsmf"];
