@@ -5,16 +5,20 @@
 //! known counterexample and on instances drawn by counter. Nothing here states a verdict: it is computed from
 //! what the trials gave ([`Outcome::verdict`]).
 
+// A matrix is read by its indices.
+#![allow(clippy::needless_range_loop)]
+
 pub mod exact;
 mod trial;
 
 mod cz;
+mod ezgkf;
 
 pub use trial::{Claim, Outcome, Trial, Verdict};
 
 /// The claims of every paper, in the order of the papers and of their text.
 pub fn all() -> Vec<Claim> {
-    [cz::claims()].concat()
+    [cz::claims(), ezgkf::claims()].concat()
 }
 
 /// The papers that have claims, in order.
