@@ -13,12 +13,13 @@ mod trial;
 
 mod cz;
 mod ezgkf;
+mod inzsmf;
 
 pub use trial::{Claim, Outcome, Trial, Verdict};
 
 /// The claims of every paper, in the order of the papers and of their text.
 pub fn all() -> Vec<Claim> {
-    [cz::claims(), ezgkf::claims()].concat()
+    [cz::claims(), ezgkf::claims(), inzsmf::claims()].concat()
 }
 
 /// The papers that have claims, in order.

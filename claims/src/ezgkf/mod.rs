@@ -4,6 +4,8 @@ mod filter;
 mod forecast;
 mod preliminaries;
 
+pub use preliminaries::rotation;
+
 use crate::Claim;
 
 /// The claims, in the order of the text.
