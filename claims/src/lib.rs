@@ -11,6 +11,7 @@
 pub mod exact;
 mod trial;
 
+mod bundle;
 mod cz;
 mod ezgkf;
 mod inzsmf;
@@ -19,7 +20,13 @@ pub use trial::{Claim, Outcome, Trial, Verdict};
 
 /// The claims of every paper, in the order of the papers and of their text.
 pub fn all() -> Vec<Claim> {
-    [cz::claims(), ezgkf::claims(), inzsmf::claims()].concat()
+    [
+        bundle::claims(),
+        cz::claims(),
+        ezgkf::claims(),
+        inzsmf::claims(),
+    ]
+    .concat()
 }
 
 /// The papers that have claims, in order.

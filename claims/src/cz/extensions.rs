@@ -105,7 +105,7 @@ fn drawn_set(draw: &mut Source, n: usize) -> Cz {
     draw.cz(n, generators, constraints)
 }
 
-fn inclusion(t: &mut Trial) {
+pub fn inclusion(t: &mut Trial) {
     for k in 0..100 {
         let (n, m) = (t.draw.size(1, 2), t.draw.size(1, 2));
         let x = drawn_set(&mut t.draw, m);
@@ -186,7 +186,7 @@ fn extension(f: &Quadratic, x: &Cz, w: &Cz, h: &[Q]) -> Option<Cz> {
     Some(z.sum(&inclusion_of(&j, &moved, &eliminated(&moved))))
 }
 
-fn mean_value(t: &mut Trial) {
+pub fn mean_value(t: &mut Trial) {
     for _ in 0..60 {
         let n = t.draw.size(1, 2);
         let (x, w) = (drawn_set(&mut t.draw, n), drawn_set(&mut t.draw, 1));

@@ -5,6 +5,8 @@ mod extensions;
 mod sets;
 mod taylor;
 
+pub use extensions::{Intervals, eliminated, inclusion, inclusion_of, mean_value};
+
 use crate::Claim;
 
 /// The claims, in the order of the text.
