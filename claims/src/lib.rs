@@ -11,6 +11,7 @@
 pub mod exact;
 mod trial;
 
+mod box_;
 mod bundle;
 mod cz;
 mod ezgkf;
@@ -21,6 +22,7 @@ pub use trial::{Claim, Outcome, Trial, Verdict};
 /// The claims of every paper, in the order of the papers and of their text.
 pub fn all() -> Vec<Claim> {
     [
+        box_::claims(),
         bundle::claims(),
         cz::claims(),
         ezgkf::claims(),

@@ -152,3 +152,41 @@ impl Claim {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn verdict(run: fn(&mut Trial)) -> Outcome {
+        Claim {
+            paper: "test",
+            id: "verdict",
+            statement: "",
+            consequence: "do",
+            run,
+        }
+        .outcome()
+    }
+
+    #[test]
+    fn the_verdict_follows_from_the_trials() {
+        assert_eq!(verdict(|_| ()).verdict, Verdict::NotTested);
+        assert_eq!(verdict(|t| t.check(true)).verdict, Verdict::Holds);
+        let bound = verdict(|t| {
+            t.equality(true, true, String::new);
+            t.equality(false, true, || "here".to_owned());
+        });
+        assert_eq!((bound.verdict, bound.lost), (Verdict::HoldsAsBound, 1));
+        let lost = verdict(|t| {
+            t.check_or(false, || "first".to_owned());
+            t.check_or(false, || "second".to_owned());
+            t.equality(false, true, String::new);
+            t.repaired(true);
+        });
+        assert_eq!(
+            (lost.verdict, lost.lost, lost.trials),
+            (Verdict::DoesNotHold, 2, 3)
+        );
+        assert_eq!(lost.counterexample, "first");
+    }
+}
