@@ -80,6 +80,7 @@ fn smallest(g: &Matrix, d: &[f64], q: &[f64], sigma: f64) -> Option<usize> {
         if q.abs() <= cut {
             continue;
         }
+        ops::count(n + 5 * n * (n + 1) / 2, 3 * n * (n + 1) / 2);
         for i in 0..n {
             let (a, b) = (g[(i, j)] / q, sd[i]);
             for k in 0..=i {
@@ -94,10 +95,6 @@ fn smallest(g: &Matrix, d: &[f64], q: &[f64], sigma: f64) -> Option<usize> {
             best = (candidate, Some(j));
         }
     }
-    ops::count(
-        g.cols() * (2 * n * n + n * n * n / 3),
-        g.cols() * (2 * n * n + n * n * n / 3),
-    );
     best.1
 }
 
@@ -123,6 +120,7 @@ fn by_generator(
         .fold(0.0, |s, (d, c)| s + d.abs() * c.abs());
     let abs_dg = d.iter().zip(&sums).fold(0.0, |s, (d, g)| s + d.abs() * g);
     let common = gamma(n + 1) * (y.abs() + abs_dc) + gamma(n + 2) * abs_dg + 2.0 * ETA;
+    ops::count(n * (along.len() + 1), n * along.len());
     let mut g = z.g().clone();
     let mut r = vec![0.0; n];
     for i in 0..n {
@@ -160,6 +158,7 @@ fn determinant(m: &mut Matrix) -> f64 {
         }
         det *= pivot;
         left.swap_remove(at);
+        ops::count(1 + left.len() * (1 + left.len()), left.len() * left.len());
         for &i in &left {
             let f = m[(i, k)] / pivot;
             for &l in &left {

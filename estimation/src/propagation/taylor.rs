@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use zonobench_sets::interval_matrix::{hessian_over, jacobian_over};
 use zonobench_sets::lp::LinearProgram;
 use zonobench_sets::number::Function;
+use zonobench_sets::ops;
 use zonobench_sets::reduction::{girard, scott};
 use zonobench_sets::rounding::{ETA, gamma, up};
 use zonobench_sets::{
@@ -259,8 +260,10 @@ fn add_products(row: &mut [f64], m: f64, g: &[f64], h: &[f64]) {
     for i in 0..p {
         let (gi, hi) = (m * g[i], m * h[i]);
         row[i] += gi * h[i];
+        ops::count(3, 1);
         let pairs = &mut row[at..at + p - i - 1];
         if gi != 0.0 || hi != 0.0 {
+            ops::count(2 * pairs.len(), 2 * pairs.len());
             for (x, (&gj, &hj)) in pairs.iter_mut().zip(g[i + 1..].iter().zip(&h[i + 1..])) {
                 *x += gi * hj + hi * gj;
             }
