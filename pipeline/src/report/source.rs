@@ -288,8 +288,13 @@ fn rows_of_first_run<R: Row>(path: &Path) -> Result<Vec<R>, Error> {
             .column(column)
             .as_primitive_opt::<Int32Type>()
             .ok_or_else(|| failed("run"))?;
-        for i in (0..batch.num_rows()).filter(|i| runs.value(*i) == 0) {
-            rows.push(R::from_columns(batch.columns(), i).map_err(failed)?);
+        let mut start = 0;
+        for same in runs.values().chunk_by(|a, b| a == b) {
+            if same[0] == 0 {
+                let first = batch.slice(start, same.len());
+                rows.extend(R::from_columns(first.columns()).map_err(failed)?);
+            }
+            start += same.len();
         }
     }
     Ok(rows)

@@ -166,6 +166,15 @@ struct Judged<'a> {
     estimator: &'a AnyEstimator,
     id: Name,
     components: Vec<Name>,
+    words: Words,
+}
+
+/// The texts that stand in every row.
+struct Words {
+    ok: Name,
+    unbounded: Name,
+    predicted: Name,
+    updated: Name,
 }
 
 impl<'a> Judged<'a> {
@@ -176,6 +185,12 @@ impl<'a> Judged<'a> {
             estimator,
             id: job.spec.id.as_str().into(),
             components: variables.x.iter().map(|v| v.name.as_str().into()).collect(),
+            words: Words {
+                ok: "ok".into(),
+                unbounded: "unbounded".into(),
+                predicted: phase_name(Phase::Predicted).into(),
+                updated: phase_name(Phase::Updated).into(),
+            },
         }
     }
 
@@ -252,8 +267,12 @@ impl<'a> Judged<'a> {
         let bounded = hull
             .as_ref()
             .is_none_or(|h| h.iter().all(|side| side.is_finite()));
-        let status: Name = if bounded { "ok" } else { "unbounded" }.into();
-        let phase_text: Name = phase_name(phase).into();
+        let words = &self.words;
+        let status = if bounded { &words.ok } else { &words.unbounded };
+        let phase_text = match phase {
+            Phase::Predicted => &words.predicted,
+            Phase::Updated => &words.updated,
+        };
         for (i, component) in self.components.iter().enumerate() {
             rows.estimates.push(Estimate {
                 estimator: self.id.clone(),
@@ -297,11 +316,11 @@ impl<'a> Judged<'a> {
             let traced = self.job.output.traces && phase == self.estimator.reported_phase();
             if wanted {
                 rows.sets
-                    .push(self.set(run, k, &phase_text, belief, usize::MAX));
+                    .push(self.set(run, k, phase_text, belief, usize::MAX));
             }
             if traced {
                 rows.shapes
-                    .push(self.set(run, k, &phase_text, belief, TRACED_GENERATORS));
+                    .push(self.set(run, k, phase_text, belief, TRACED_GENERATORS));
             }
         }
     }
