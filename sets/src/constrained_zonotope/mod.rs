@@ -264,6 +264,7 @@ impl ConstrainedZonotope {
         if self.constraints() == 0 {
             return self.z.interval_hull();
         }
+        let _stage = crate::ops::stage(crate::ops::Stage::Hull);
         self.load(lp)?;
         let mut minus = vec![0.0; self.generators()];
         let mut sides = Vec::with_capacity(self.dim());
