@@ -25,6 +25,9 @@ pub enum QuotientForm {
     Tight,
     /// x₁/(4 + x₁) as printed: x₁ twice, and wider enclosures.
     Printed,
+    /// x₁x₂ · 1/(4 + x₁): its derivative is x₂/(4 + x₁) − x₁x₂/(4 + x₁)², as symbolic differentiation
+    /// writes it, and [Khajenejad] with it.
+    Expanded,
 }
 
 impl System for Raimondo {
@@ -53,6 +56,11 @@ impl System for Raimondo {
                 next[0] = linear - product * 4.0 + w[0];
                 next[1] = product * 3.0 - x[1] * 2.0 + w[1];
             }
+            QuotientForm::Expanded => {
+                let product = x[0] * x[1] * shifted.recip();
+                next[0] = linear - product * 4.0 + w[0];
+                next[1] = product * 3.0 - x[1] * 2.0 + w[1];
+            }
         }
     }
 
@@ -67,12 +75,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn both_forms_are_the_same_function() {
-        let mut next = [[0.0; 2]; 2];
-        for (next, form) in next
-            .iter_mut()
-            .zip([QuotientForm::Tight, QuotientForm::Printed])
-        {
+    fn all_forms_are_the_same_function() {
+        let mut next = [[0.0; 2]; 3];
+        for (next, form) in next.iter_mut().zip([
+            QuotientForm::Tight,
+            QuotientForm::Printed,
+            QuotientForm::Expanded,
+        ]) {
             Raimondo { form }.f(0, &[0.8, 0.65], &[], &[0.1, -0.2], next);
         }
         // 2.4 − 0.64/7 − 2.08/4.8 + 0.1 and −1.3 + 1.56/4.8 − 0.2
