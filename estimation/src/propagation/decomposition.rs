@@ -205,11 +205,20 @@ fn row(
     relations
 }
 
-/// The relation with the narrowest remainder, the first of those that are equal but for rounding.
+/// Remainders whose widths differ by less than this are equally wide: equalities that hold in exact
+/// arithmetic, as for functions linear in each variable, are not to be decided by rounding.
+const EQUALLY_WIDE: f64 = 1e-9;
+
+/// The relation with the narrowest remainder; of those that are equal the one with the smallest |m| 1, because
+/// m multiplies a set, and of those the first.
 pub fn narrowest(relations: &[Relation]) -> &Relation {
+    let size = |r: &Relation| r.linear.iter().map(|m| m.abs()).sum::<f64>();
     let mut best = &relations[0];
     for relation in &relations[1..] {
-        if relation.remainder.width() < best.remainder.width() * (1.0 - 1e-10) {
+        let (width, least) = (relation.remainder.width(), best.remainder.width());
+        let equal = (width - least).abs() <= EQUALLY_WIDE * least;
+        let smaller = size(relation) < size(best) * (1.0 - EQUALLY_WIDE);
+        if (equal && smaller) || (!equal && width < least) {
             best = relation;
         }
     }
@@ -218,32 +227,27 @@ pub fn narrowest(relations: &[Relation]) -> &Relation {
 
 /// For every row of f all relations f_i(x) − mᵀt ∈ remainder over the frame's box, t = C x.
 ///
-/// `jacobian` must contain the Jacobian in x over the frame's hull ([`Frame::hull`]). Fails with `Domain`
-/// where f may be undefined at a corner.
+/// `gradient` must contain the Jacobian in t over that box ([`jacobian_bounds`]). Fails with `Domain` where
+/// f may be undefined at a corner.
 pub fn relations<F: Function>(
     f: &F,
     frame: &Frame,
-    jacobian: &IntervalMatrix,
+    gradient: &IntervalMatrix,
     vectors: Vectors,
 ) -> Result<Vec<Vec<Relation>>, SetError> {
     const OP: &str = "corners of a box";
-    let turned = (!frame.is_identity()).then(|| jacobian.mul(frame.back()));
-    let gradient = turned.as_ref().unwrap_or(jacobian);
     let (n, m) = (f.inputs(), f.outputs());
-    let all_free: Vec<usize> = (0..m).flat_map(|i| varying(gradient.row(i))).collect();
+    let active: Vec<usize> = (0..n)
+        .filter(|&j| (0..m).any(|i| !is_affine(gradient[(i, j)])))
+        .collect();
     let corners = Corners {
-        active: (0..n).filter(|j| all_free.contains(j)).collect(),
+        active,
         range: frame.range().clone(),
     };
     check_corners(&corners)?;
     let mut values = vec![Interval::ZERO; m * corners.count()];
     for (bits, values) in values.chunks_mut(m).enumerate() {
-        let t = IntervalVector::point(&corners.at(bits))?;
-        let x = if frame.is_identity() {
-            t
-        } else {
-            frame.back().mul_vec(&t)
-        };
+        let x = in_state(frame, &corners.at(bits))?;
         f.evaluate(x.as_slice(), values);
     }
     for value in &values {
@@ -261,13 +265,6 @@ pub fn relations<F: Function>(
         .collect())
 }
 
-fn varying(gradient: &[Interval]) -> impl Iterator<Item = usize> {
-    let varying: Vec<usize> = (0..gradient.len())
-        .filter(|&j| !is_affine(gradient[j]))
-        .collect();
-    varying.into_iter()
-}
-
 /// At most 2¹² corners.
 fn check_corners(corners: &Corners) -> Result<(), SetError> {
     if corners.active.len() > 12 {
@@ -281,33 +278,48 @@ fn check_corners(corners: &Corners) -> Result<(), SetError> {
     Ok(())
 }
 
-/// The Jacobian over the box, bounded as `how` says.
+/// The Jacobian in the frame's coordinates t over its box: J C⁻¹, with the entries of J bounded in x over the
+/// frame's hull as `how` says.
 ///
 /// Fails with `Domain` where f or a derivative may be undefined.
 pub fn jacobian_bounds<F: Function>(
     f: &F,
-    over: &IntervalVector,
+    frame: &Frame,
     how: JacobianBounds,
     vectors: Vectors,
 ) -> Result<IntervalMatrix, SetError> {
-    if how == JacobianBounds::Natural {
-        return Ok(jacobian_over(f, over)?.1);
-    }
-    let (_, natural, second) = hessian_over(f, over)?;
+    let over = frame.hull();
+    let j = match how {
+        JacobianBounds::Natural => jacobian_over(f, &over)?.1,
+        JacobianBounds::Decomposition => decomposed_jacobian(f, over, vectors)?,
+    };
+    Ok(if frame.is_identity() {
+        j
+    } else {
+        j.mul(frame.back())
+    })
+}
+
+/// Every entry of the Jacobian over the box by its own decomposition, which its natural bounds are
+/// intersected with.
+fn decomposed_jacobian<F: Function>(
+    f: &F,
+    over: IntervalVector,
+    vectors: Vectors,
+) -> Result<IntervalMatrix, SetError> {
+    let (_, natural, second) = hessian_over(f, &over)?;
     let (n, m) = (f.inputs(), f.outputs());
-    let depends: Vec<usize> = (0..n)
-        .filter(|&j| {
-            let entries = second.iter().flat_map(|h| (0..n).map(move |i| h[(i, j)]));
-            entries.into_iter().any(|h| h != Interval::ZERO)
-        })
-        .collect();
-    if depends.is_empty() {
+    let depends = |j: &usize| {
+        let mut entries = second.iter().flat_map(|h| (0..n).map(move |i| h[(i, *j)]));
+        entries.any(|h| h != Interval::ZERO)
+    };
+    let corners = Corners {
+        active: (0..n).filter(depends).collect(),
+        range: over,
+    };
+    if corners.active.is_empty() {
         return Ok(natural);
     }
-    let corners = Corners {
-        active: depends,
-        range: over.clone(),
-    };
     check_corners(&corners)?;
     let at: Vec<IntervalMatrix> = (0..corners.count())
         .map(|bits| Ok(jacobian_over(f, &IntervalVector::point(&corners.at(bits))?)?.1))
@@ -319,7 +331,7 @@ pub fn jacobian_bounds<F: Function>(
         }
         let relations = row(|bits| at[bits][(i, j)], gradient, &corners, vectors);
         relations.iter().fold(natural[(i, j)], |bound, relation| {
-            let terms = relation.linear.iter().zip(over);
+            let terms = relation.linear.iter().zip(&corners.range);
             let value = terms
                 .filter(|(m, _)| **m != 0.0)
                 .fold(relation.remainder, |s, (&m, &z)| s + Interval::point(m) * z);
@@ -327,6 +339,16 @@ pub fn jacobian_bounds<F: Function>(
             bound.intersect(&value).unwrap_or(bound)
         })
     }))
+}
+
+/// Contains C⁻¹ t.
+fn in_state(frame: &Frame, t: &[f64]) -> Result<IntervalVector, SetError> {
+    let t = IntervalVector::point(t)?;
+    Ok(if frame.is_identity() {
+        t
+    } else {
+        frame.back().mul_vec(&t)
+    })
 }
 
 /// f_i(x) − (mid J)_i x ∈ f_i(h) − (mid J)_i h + (J − mid J)_i (X − h) for x in the box, h its middle.

@@ -157,13 +157,7 @@ impl PolytopeFilter {
             Side::Dynamics => (&self.w_hull, "prediction"),
             Side::Output => (&self.v_hull, "update"),
         };
-        if let Some(reason) = self.system.domain_fault(over) {
-            return Err(EstimationError::Refused {
-                k,
-                kind: self.kind,
-                reason,
-            });
-        }
+        self.check_domain(k, over)?;
         let from_zero: IntervalVector = noise.iter().map(|e| e.hull(&Interval::ZERO)).collect();
         let f = self.equation(side, k, u, true);
         let (_, j) = jacobian_over(&f, &IntervalVector::stack(&[over, &from_zero]))
@@ -207,9 +201,6 @@ impl PolytopeFilter {
             Method::Intersection(members) => {
                 let mut images = Vec::new();
                 for member in members {
-                    if let Member::Frames(_) = member {
-                        self.check_frames(k, from.hull(), &belief.hull)?;
-                    }
                     images.extend(self.images(k, member, &f, &from, &mut lp)?);
                 }
                 intersection(images, &w, &mut lp)
@@ -218,23 +209,17 @@ impl PolytopeFilter {
         moved.map_err(at)
     }
 
-    /// The rotated boxes reach farther than the hull; the system must be defined there too.
-    fn check_frames(
-        &self,
-        k: usize,
-        frame_hull: &IntervalVector,
-        hull: &IntervalVector,
-    ) -> Result<(), EstimationError> {
-        for over in [frame_hull, hull] {
-            if let Some(reason) = self.system.domain_fault(over) {
-                return Err(EstimationError::Refused {
-                    k,
-                    kind: self.kind,
-                    reason,
-                });
-            }
+    /// Fails with `Refused` where the system is known not to be defined all over the box. The rotated boxes
+    /// reach farther than the hull.
+    fn check_domain(&self, k: usize, over: &IntervalVector) -> Result<(), EstimationError> {
+        match self.system.domain_fault(over) {
+            Some(reason) => Err(EstimationError::Refused {
+                k,
+                kind: self.kind,
+                reason,
+            }),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// The sets { f(x) } lies in by `member`, whose intersection is the member's set.
@@ -264,7 +249,7 @@ impl PolytopeFilter {
             }
             Member::Frames(recipe) => {
                 for frame in from.frames(lp).map_err(&at)? {
-                    self.check_frames(k, &frame.hull(), from.hull())?;
+                    self.check_domain(k, &frame.hull())?;
                     let rows = chosen(f, &frame, *recipe).map_err(&at)?;
                     let set = ConstrainedZonotope::from_box(frame.range()).map_err(&at)?;
                     for choice in combinations(&rows).map_err(&at)? {
@@ -326,7 +311,8 @@ impl PolytopeFilter {
         let identity = Frame::identity(hull);
         match &self.method {
             Method::Lift { recipe } => {
-                let j = jacobian_bounds(&mu, hull, recipe.jacobian, recipe.vectors).map_err(&at)?;
+                let j = jacobian_bounds(&mu, &identity, recipe.jacobian, recipe.vectors)
+                    .map_err(&at)?;
                 for (i, row) in rows_of(&mu, &identity, &j, *recipe)
                     .map_err(&at)?
                     .iter()
@@ -355,7 +341,7 @@ impl PolytopeFilter {
                         Member::Frames(recipe) => {
                             let from = belief.outline().map_err(&at)?;
                             for frame in from.frames(&mut lp).map_err(&at)? {
-                                self.check_frames(k, &frame.hull(), hull)?;
+                                self.check_domain(k, &frame.hull())?;
                                 let rows = chosen(&mu, &frame, *recipe).map_err(&at)?;
                                 for (i, row) in rows.iter().enumerate() {
                                     row.iter().for_each(|r| take(i, &r.in_state(&frame)));
@@ -376,13 +362,13 @@ fn mean_value_over(
     jacobian: JacobianBounds,
     vectors: Vectors,
 ) -> Result<Vec<Relation>, SetError> {
-    let j = jacobian_bounds(f, over, jacobian, vectors)?;
+    let j = jacobian_bounds(f, &Frame::identity(over), jacobian, vectors)?;
     mean_value_relations(f, over, &j)
 }
 
 /// The relations of every row that `recipe` chooses, over the box of `frame` and in its coordinates.
 fn chosen(f: &Equation, frame: &Frame, recipe: Recipe) -> Result<Vec<Vec<Relation>>, SetError> {
-    let j = jacobian_bounds(f, &frame.hull(), recipe.jacobian, recipe.vectors)?;
+    let j = jacobian_bounds(f, frame, recipe.jacobian, recipe.vectors)?;
     rows_of(f, frame, &j, recipe)
 }
 
@@ -494,8 +480,8 @@ fn lift(
     w: &ConstrainedZonotope,
 ) -> Result<ConstrainedZonotope, SetError> {
     let (n, hull) = (from.dim(), from.hull());
-    let j = jacobian_bounds(f, hull, recipe.jacobian, recipe.vectors)?;
     let frame = Frame::identity(hull);
+    let j = jacobian_bounds(f, &frame, recipe.jacobian, recipe.vectors)?;
     let mut rows = rows_of(f, &frame, &j, recipe)?;
     for (row, mean) in rows.iter_mut().zip(mean_value_relations(f, hull, &j)?) {
         if !row.contains(&mean) {
