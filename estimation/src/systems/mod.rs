@@ -8,6 +8,6 @@ mod vehicle_se2;
 
 pub use linear::Linear;
 pub use lpv::Lpv;
-pub use raimondo::{QuotientForm, Raimondo};
+pub use raimondo::{Measured, QuotientForm, Raimondo};
 pub use van_der_pol::VanDerPol;
 pub use vehicle_se2::{Form, VehicleSe2};

@@ -8,7 +8,7 @@ use zonobench_estimation::signal::{SIGNAL_KEYS, Signal};
 use zonobench_estimation::simulate::{DeltaLaw, Drawn, InitialState, Law, Noise, SimulationError};
 use zonobench_estimation::system::{System, Variable};
 use zonobench_estimation::systems::{
-    Form, Linear, Lpv, QuotientForm, Raimondo, VanDerPol, VehicleSe2,
+    Form, Linear, Lpv, Measured, QuotientForm, Raimondo, VanDerPol, VehicleSe2,
 };
 use zonobench_estimation::{AnySystem, EstimationError, Inputs, Problem, Truth, Uncertain};
 
@@ -17,7 +17,7 @@ const SYSTEM_KEYS: &[(&str, &[&str])] = &[
     ("linear", &["a", "b", "c", "d"]),
     ("lpv", &["a0", "a", "b", "c"]),
     ("van-der-pol", &["ts"]),
-    ("raimondo", &["form"]),
+    ("raimondo", &["form", "output"]),
     ("vehicle-se2", &["dt", "form"]),
 ];
 
@@ -76,7 +76,14 @@ pub fn system(field: &Field) -> Result<AnySystem, BadInput> {
                 },
                 None => QuotientForm::default(),
             };
-            Ok(AnySystem::Raimondo(Raimondo { form }))
+            let output = match table.get("output") {
+                Some(output) => match output.one_of(&["both", "none"])? {
+                    "both" => Measured::Both,
+                    _ => Measured::None,
+                },
+                None => Measured::default(),
+            };
+            Ok(AnySystem::Raimondo(Raimondo { form, output }))
         }
         "vehicle-se2" => {
             let form = match table.get("form") {

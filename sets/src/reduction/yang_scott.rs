@@ -135,12 +135,21 @@ fn independent_block(g: &Matrix) -> Option<(Vec<usize>, Vec<usize>, Matrix)> {
 
 /// The index and absolute value of the entry of largest |·|, the first of equals.
 pub(super) fn largest(row: &[f64]) -> (usize, f64) {
-    row.iter()
-        .enumerate()
-        .fold((0, 0.0), |(at, best), (j, x)| match x.abs() > best {
-            true => (j, x.abs()),
-            false => (at, best),
-        })
+    let mut lanes = [0.0; 4];
+    let four = row.chunks_exact(4);
+    let rest = four.remainder();
+    for row in four {
+        for k in 0..4 {
+            let x = row[k].abs();
+            lanes[k] = if x > lanes[k] { x } else { lanes[k] };
+        }
+    }
+    for (lane, x) in lanes.iter_mut().zip(rest) {
+        *lane = lane.max(x.abs());
+    }
+    let greatest = lanes.iter().fold(0.0, |best: f64, &x| best.max(x));
+    let at = row.iter().position(|x| x.abs() == greatest);
+    (at.unwrap_or(0), greatest)
 }
 
 /// Which `count` columns of ρ are absorbed, in order: always the one of least Π(1 + R_i) − 1 − Σ R_i,
