@@ -63,7 +63,10 @@ impl Bounds {
     fn new(hull: &IntervalVector) -> Self {
         Self {
             center: hull.iter().map(|side| side.mid()).collect(),
-            radius: hull.iter().map(|side| 0.5 * INSIDE * side.width()).collect(),
+            radius: hull
+                .iter()
+                .map(|side| 0.5 * INSIDE * side.width())
+                .collect(),
         }
     }
 
@@ -88,7 +91,9 @@ pub(crate) fn choose(
     let mut draws = [Purpose::X0, Purpose::W, Purpose::V].map(|p| Draws::new(seed, p, run));
     let [draw_x0, draw_w, draw_v] = &mut draws;
     let vertex = |bounds: &Bounds, draws: &mut Draws, k: usize| {
-        let signs: Vec<f64> = (0..bounds.center.len()).map(|i| draws.sign(k, i, 0)).collect();
+        let signs: Vec<f64> = (0..bounds.center.len())
+            .map(|i| draws.sign(k, i, 0))
+            .collect();
         bounds.at(|i| signs[i])
     };
     let first = match attack {
@@ -98,7 +103,9 @@ pub(crate) fn choose(
     let noise = |bounds: &Bounds, draws: &mut Draws, count: usize| -> Vec<Vec<f64>> {
         // Address `steps + 1` holds what is drawn once.
         let once = steps + 1;
-        let signs: Vec<f64> = (0..bounds.center.len()).map(|i| draws.sign(once, i, 0)).collect();
+        let signs: Vec<f64> = (0..bounds.center.len())
+            .map(|i| draws.sign(once, i, 0))
+            .collect();
         let period = 1 + (25.0 * (1.0 + draws.uniform(once, 0, 1))) as usize;
         let at = |k: usize| match attack {
             Attack::Uniform => {
@@ -135,15 +142,20 @@ fn chase(
     let mut x = choice.x0.clone();
     let mut belief = estimator.prior();
     let steps = choice.w.len();
-    for k in 0..=steps {
-        let u = &inputs[k];
+    for (k, u) in inputs.iter().enumerate().take(steps + 1) {
         let center = belief.center();
         let mut expected = vec![0.0; n_y];
         let mut seen = vec![0.0; n_y];
         system.h(k, &center, u, &v.center, &mut expected);
         system.h(k, &x, u, &v.center, &mut seen);
         // What is measured looks like the center.
-        let hide = |i: usize| if seen.get(i) >= expected.get(i) { -1.0 } else { 1.0 };
+        let hide = |i: usize| {
+            if seen.get(i) >= expected.get(i) {
+                -1.0
+            } else {
+                1.0
+            }
+        };
         choice.v[k] = v.at(hide);
         system.h(k, &x, u, &choice.v[k], &mut seen);
         let y: Vec<Option<f64>> = seen.iter().copied().map(Some).collect();
@@ -157,13 +169,19 @@ fn chase(
             return;
         }
         let (center, hull) = (updated.center(), updated.interval_hull());
-        let unit = |i: usize| hull.as_ref().map_or(1.0, |h| 0.5 * h[i].width()).max(1e-300);
+        let unit = |i: usize| {
+            hull.as_ref()
+                .map_or(1.0, |h| 0.5 * h[i].width())
+                .max(1e-300)
+        };
         let mut from = vec![0.0; x.len()];
         system.f(k, &center, u, &w.center, &mut from);
         let distance = |noise: &[f64]| {
             let mut to = vec![0.0; x.len()];
             system.f(k, &x, u, noise, &mut to);
-            (0..to.len()).fold(0.0, |far: f64, i| far.max((to[i] - from[i]).abs() / unit(i)))
+            (0..to.len()).fold(0.0, |far: f64, i| {
+                far.max((to[i] - from[i]).abs() / unit(i))
+            })
         };
         // Component by component to the end that drives farther.
         let mut signs = vec![1.0; w.center.len()];

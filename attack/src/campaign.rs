@@ -53,7 +53,10 @@ impl Counts {
 pub fn attack(target: &Target, attack: Attack, run: u64) -> Result<Counts, String> {
     let failed = |what: &str, e: &dyn std::fmt::Display| {
         let (name, system) = (target.name, target.system);
-        format!("{name} on {system}, {}, run {run}: {what}: {e}", attack.name())
+        format!(
+            "{name} on {system}, {}, run {run}: {what}: {e}",
+            attack.name()
+        )
     };
     let problem = (target.problem)(target.seed(), run);
     let settings = serde_json::from_str(target.settings).map_err(|e| failed("settings", &e))?;
@@ -88,8 +91,11 @@ fn judge(
     data: &Trajectory,
     end: usize,
 ) -> Result<Counts, EstimationError> {
-    let measured: Vec<Vec<Option<f64>>> =
-        data.y.iter().map(|y| y.iter().copied().map(Some).collect()).collect();
+    let measured: Vec<Vec<Option<f64>>> = data
+        .y
+        .iter()
+        .map(|y| y.iter().copied().map(Some).collect())
+        .collect();
     let mut counts = Counts::default();
     for step in track(estimator, data.x.len() - 1, &data.u, &measured).take(end) {
         let truth = enclosed(&data.x[step.k], &data.rounding[step.k]);
@@ -98,7 +104,11 @@ fn judge(
         }
         match &step.updated {
             Ok(belief) => {
-                if !step.predicted.as_ref().is_some_and(|b| b.says_the_same(belief)) {
+                if !step
+                    .predicted
+                    .as_ref()
+                    .is_some_and(|b| b.says_the_same(belief))
+                {
                     counts.judge(belief, &truth);
                 }
             }

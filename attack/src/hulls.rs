@@ -127,7 +127,10 @@ pub fn random(s: &mut Source, kind: Kind) -> (ConstrainedZonotope, Vec<f64>) {
         }
     }
     let x = g.mul_vec(&xi).iter().zip(&c).map(|(o, c)| c + o).collect();
-    (ConstrainedZonotope::new(c, g, a, b).expect("the shapes fit"), x)
+    (
+        ConstrainedZonotope::new(c, g, a, b).expect("the shapes fit"),
+        x,
+    )
 }
 
 /// Takes the hulls of `sets` random sets of `kind`; lost is a hull that cuts off the point, and a set that
@@ -138,9 +141,11 @@ pub fn attack(kind: Kind, sets: u64) -> Counts {
     for i in 0..sets {
         let (set, x) = random(&mut Source((kind as u64) << 40 | i), kind);
         counts.steps += 1;
-        let holds = set
-            .interval_hull_with(&mut lp)
-            .is_ok_and(|hull| hull.iter().zip(&x).all(|(side, &x)| side.lo() <= x && x <= side.hi()));
+        let holds = set.interval_hull_with(&mut lp).is_ok_and(|hull| {
+            hull.iter()
+                .zip(&x)
+                .all(|(side, &x)| side.lo() <= x && x <= side.hi())
+        });
         counts.lost += u64::from(!holds);
     }
     counts

@@ -46,7 +46,10 @@ mod tests {
         for n in [1u64, 10, 1_000_000] {
             let exact = -libm::expm1(libm::log(0.05) / n as f64);
             let bound = clopper_pearson_upper(0, n, 0.95);
-            assert!((bound - exact).abs() <= 1e-9 * exact, "{n}: {bound} {exact}");
+            assert!(
+                (bound - exact).abs() <= 1e-9 * exact,
+                "{n}: {bound} {exact}"
+            );
         }
         assert!((clopper_pearson_upper(1, 10, 0.95) - 0.394_163).abs() < 1e-6);
         assert!((clopper_pearson_upper(3, 50, 0.95) - 0.147_841).abs() < 1e-5);

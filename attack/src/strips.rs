@@ -21,17 +21,26 @@ pub fn near_empty(margin: i32, sets: u64) -> Counts {
         // Multiples of 2⁻⁶ and a support below 2: s ± m has at most 52 bits behind the point.
         let g = Matrix::from_fn(n, p, |_, _| (s.below(3) as f64 - 1.0) / 64.0);
         let d: Vec<f64> = (0..n).map(|_| s.below(3) as f64 - 1.0).collect();
-        let slope: Vec<f64> = (0..p).map(|j| (0..n).map(|i| d[i] * g[(i, j)]).sum()).collect();
+        let slope: Vec<f64> = (0..p)
+            .map(|j| (0..n).map(|i| d[i] * g[(i, j)]).sum())
+            .collect();
         let support: f64 = slope.iter().map(|x: &f64| x.abs()).sum();
-        let xi: Vec<f64> = slope.iter().map(|&x| if x < 0.0 { -1.0 } else { 1.0 }).collect();
+        let xi: Vec<f64> = slope
+            .iter()
+            .map(|&x| if x < 0.0 { -1.0 } else { 1.0 })
+            .collect();
         let vertex = g.mul_vec(&xi);
         let zonotope = Zonotope::new(vec![0.0; n], g).expect("the shapes fit");
         let set = ConstrainedZonotope::from(zonotope);
         let down: Vec<f64> = d.iter().map(|d| -d).collect();
-        let sliver = set.intersect_halfspace(&down, -(support - m)).expect("the shapes fit");
+        let sliver = set
+            .intersect_halfspace(&down, -(support - m))
+            .expect("the shapes fit");
         counts.steps += 1;
         let holds = sliver.interval_hull().is_ok_and(|hull| {
-            hull.iter().zip(&vertex).all(|(side, &x)| side.lo() <= x && x <= side.hi())
+            hull.iter()
+                .zip(&vertex)
+                .all(|(side, &x)| side.lo() <= x && x <= side.hi())
         });
         counts.lost += u64::from(!holds);
         let nothing = set.intersect_halfspace(&down, -(support + m));

@@ -75,7 +75,8 @@ const CZMV: &str = r#"{"kind": "czmv", "generators": 12, "constraints": 3}"#;
 const CZFO: &str = r#"{"kind": "czfo", "generators": 12, "constraints": 3, "expansion": "lean"}"#;
 const CZFO_PRINTED: &str = r#"{"kind": "czfo", "generators": 12, "constraints": 3, "h": "xb",
     "expansion": "lean", "remainder": "printed"}"#;
-const ENCLOSED: &str = r#"{"kind": "inzsmf", "generators": 120, "reduction": "girard", "remainder": "enclosed"}"#;
+const ENCLOSED: &str =
+    r#"{"kind": "inzsmf", "generators": 120, "reduction": "girard", "remainder": "enclosed"}"#;
 
 /// Everything that is attacked.
 pub const TARGETS: &[Target] = &[
@@ -92,21 +93,66 @@ pub const TARGETS: &[Target] = &[
         runs: 200,
         ..LINEAR
     },
-    Target { paper: "cz", name: "zmv", settings: ZMV, ..LINEAR },
-    Target { paper: "cz", name: "zfo", settings: ZFO, ..LINEAR },
-    Target { paper: "cz", name: "czmv", settings: CZMV, runs: 6, ..LINEAR },
-    Target { paper: "cz", name: "czfo", settings: CZFO, runs: 3, ..LINEAR },
-    Target { name: "zmv", settings: ZMV, runs: 20, ..RAIMONDO },
-    Target { name: "zfo", settings: ZFO, runs: 20, ..RAIMONDO },
-    Target { name: "czmv", settings: CZMV, runs: 6, ..RAIMONDO },
-    Target { name: "czfo", settings: CZFO, ..RAIMONDO },
+    Target {
+        paper: "cz",
+        name: "zmv",
+        settings: ZMV,
+        ..LINEAR
+    },
+    Target {
+        paper: "cz",
+        name: "zfo",
+        settings: ZFO,
+        ..LINEAR
+    },
+    Target {
+        paper: "cz",
+        name: "czmv",
+        settings: CZMV,
+        runs: 6,
+        ..LINEAR
+    },
+    Target {
+        paper: "cz",
+        name: "czfo",
+        settings: CZFO,
+        runs: 3,
+        ..LINEAR
+    },
+    Target {
+        name: "zmv",
+        settings: ZMV,
+        runs: 20,
+        ..RAIMONDO
+    },
+    Target {
+        name: "zfo",
+        settings: ZFO,
+        runs: 20,
+        ..RAIMONDO
+    },
+    Target {
+        name: "czmv",
+        settings: CZMV,
+        runs: 6,
+        ..RAIMONDO
+    },
+    Target {
+        name: "czfo",
+        settings: CZFO,
+        ..RAIMONDO
+    },
     Target {
         name: "czfo printed remainder",
         guaranteed: false,
         settings: CZFO_PRINTED,
         ..RAIMONDO
     },
-    Target { name: "inzsmf enclosed", settings: ENCLOSED, ..VEHICLE },
+    Target {
+        name: "inzsmf enclosed",
+        settings: ENCLOSED,
+        ..VEHICLE
+    },
     Target {
         name: "inzsmf remainder dropped",
         guaranteed: false,
@@ -142,7 +188,11 @@ fn linear(seed: u64, run: u64) -> Problem {
     let unit: Vec<f64> = (0..n)
         .map(|_| {
             let exponent = 4.0 * next();
-            if run % 2 == 1 { libm::pow(10.0, exponent) } else { 1.0 }
+            if run % 2 == 1 {
+                libm::pow(10.0, exponent)
+            } else {
+                1.0
+            }
         })
         .collect();
     let a = Matrix::from_fn(n, n, |i, j| {
@@ -154,7 +204,11 @@ fn linear(seed: u64, run: u64) -> Problem {
         .iter()
         .map(|u| {
             let share = next();
-            if share < -0.6 { 0.0 } else { 0.1 * u * (1.0 + share) }
+            if share < -0.6 {
+                0.0
+            } else {
+                0.1 * u * (1.0 + share)
+            }
         })
         .collect();
     let v: Vec<f64> = (0..outputs).map(|_| 0.05 + 0.25 * (1.0 + next())).collect();

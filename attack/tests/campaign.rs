@@ -3,7 +3,9 @@
 use zonobench_attack::{Attack, Counts, MARGINS, TARGETS, attack, hulls, near_empty};
 
 fn all_attacks(name: &str, system: &str, runs: u64) -> Counts {
-    let target = TARGETS.iter().find(|t| t.name == name && t.system == system);
+    let target = TARGETS
+        .iter()
+        .find(|t| t.name == name && t.system == system);
     let target = target.expect("the name stands in the list");
     let mut counts = Counts::default();
     for kind in Attack::ALL {
