@@ -4,7 +4,7 @@
 //! a closed family, [`AnySystem`]: one file each under `systems/`, one line each below.
 
 use crate::EstimationError;
-use crate::systems::{Linear, Lpv, Raimondo, VanDerPol, VehicleSe2};
+use crate::systems::{Linear, Lpv, Quadrotor, Raimondo, VanDerPol, VehicleSe2};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::number::Real;
 use zonobench_sets::{IntervalVector, Matrix};
@@ -125,7 +125,7 @@ macro_rules! systems {
     };
 }
 
-systems!(Linear, Lpv, VanDerPol, Raimondo, VehicleSe2);
+systems!(Linear, Lpv, VanDerPol, Raimondo, VehicleSe2, Quadrotor);
 
 impl AnySystem {
     /// The value of `kind` in a file.
@@ -136,6 +136,7 @@ impl AnySystem {
             Self::VanDerPol(_) => "van-der-pol",
             Self::Raimondo(_) => "raimondo",
             Self::VehicleSe2(_) => "vehicle-se2",
+            Self::Quadrotor(_) => "quadrotor",
         }
     }
 
@@ -152,6 +153,7 @@ impl AnySystem {
         match self {
             Self::VanDerPol(s) => Some(s.ts),
             Self::VehicleSe2(s) => Some(s.dt),
+            Self::Quadrotor(s) => Some(s.dt),
             _ => None,
         }
     }
@@ -172,6 +174,7 @@ impl AnySystem {
             Self::VanDerPol(s) => Some(s),
             Self::Raimondo(_) => None,
             Self::VehicleSe2(_) => None,
+            Self::Quadrotor(_) => None,
         }
     }
 }

@@ -2,12 +2,14 @@
 
 mod linear;
 mod lpv;
+mod quadrotor;
 mod raimondo;
 mod van_der_pol;
 mod vehicle_se2;
 
 pub use linear::Linear;
 pub use lpv::Lpv;
+pub use quadrotor::Quadrotor;
 pub use raimondo::{Measured, QuotientForm, Raimondo};
 pub use van_der_pol::VanDerPol;
 pub use vehicle_se2::{Form, VehicleSe2};

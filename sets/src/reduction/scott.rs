@@ -512,14 +512,21 @@ impl Lifted {
 
     /// Removes the columns in which every row is 0, and their entries of `errors`.
     fn drop_zero_columns_with(&mut self, errors: Vec<f64>) -> Vec<f64> {
-        let kept: Vec<usize> = (0..self.cols)
-            .filter(|&j| self.rows.iter().any(|row| row[j] != 0.0))
-            .collect();
+        let mut greatest = vec![0.0_f64; self.cols];
+        for row in &self.rows {
+            for (most, x) in greatest.iter_mut().zip(row) {
+                *most = if x.abs() > *most { x.abs() } else { *most };
+            }
+        }
+        let kept: Vec<usize> = (0..self.cols).filter(|&j| greatest[j] != 0.0).collect();
         if kept.len() == self.cols {
             return errors;
         }
         for row in &mut self.rows {
-            *row = kept.iter().map(|&j| row[j]).collect();
+            for (to, &from) in kept.iter().enumerate() {
+                row[to] = row[from];
+            }
+            row.truncate(kept.len());
         }
         self.cols = kept.len();
         kept.iter()
@@ -540,17 +547,14 @@ impl Lifted {
             })
         };
         // A column that is mere rounding in every row (a folded slack) would take its row along.
-        let floor: Vec<f64> = self.rows[self.n..]
-            .iter()
-            .map(|row| NEGLIGIBLE * largest(row).1)
-            .collect();
-        let counts = |j: usize| {
-            self.rows[self.n..]
-                .iter()
-                .zip(&floor)
-                .any(|(row, floor)| row[j].abs() > *floor)
-        };
-        let candidates = |j: &usize| errors[*j].is_finite() && counts(*j);
+        let mut counts = vec![false; self.cols];
+        for row in &self.rows[self.n..] {
+            let floor = NEGLIGIBLE * largest(row).1;
+            for (counts, x) in counts.iter_mut().zip(row) {
+                *counts |= x.abs() > floor;
+            }
+        }
+        let candidates = |j: &usize| errors[*j].is_finite() && counts[*j];
         let candidates: Vec<usize> = (0..self.cols).filter(candidates).collect();
         let (j, least) = first_least(&mut candidates.iter().map(|&j| (j, errors[j])))?;
         if least < FREE || candidates.len() == 1 {

@@ -186,9 +186,9 @@ fn absorption_order(rho: &Matrix, count: usize) -> Vec<usize> {
         order.push(left.remove(k));
         for i in 0..n {
             let row = &mut ratio.row_mut(i)[..len];
-            let shrink = 1.0 + row[k];
+            let shrink = 1.0 / (1.0 + row[k]);
             row.copy_within(k + 1.., k);
-            row[..len - 1].iter_mut().for_each(|r| *r /= shrink);
+            row[..len - 1].iter_mut().for_each(|r| *r *= shrink);
         }
     }
     order
