@@ -35,6 +35,7 @@ pub fn input(experiment: &Experiment, index: usize, data: &str) -> Value {
         "runs": experiment.runs,
         "sets": experiment.output.sets,
         "traces": experiment.output.traces,
+        "updated_only": experiment.output.updated_only,
         "volumes": volumes(experiment),
         "data": data,
     })
@@ -207,6 +208,8 @@ impl<'a> Judged<'a> {
     fn run(&self, recordings: &Recordings, run: usize) -> Result<RunRows, Error> {
         let mut rows = RunRows::default();
         let mut times = Vec::with_capacity(self.job.steps + 1);
+        let updated_only =
+            self.job.output.updated_only && self.estimator.reported_phase() == Phase::Updated;
         let mut steps = track(
             self.estimator,
             self.job.steps,
@@ -219,16 +222,13 @@ impl<'a> Judged<'a> {
             times.push(start.elapsed().as_nanos() as i64);
             let truth = recordings.truth(run, step.k);
             let truth = truth.as_deref();
-            if let Some(belief) = &step.predicted {
+            let predicted = step.predicted.as_ref().filter(|_| !updated_only);
+            if let Some(belief) = predicted {
                 self.record(run, step.k, Phase::Predicted, belief, truth, &mut rows);
             }
             match &step.updated {
                 // Nothing new is known, and nothing is said twice.
-                Ok(belief)
-                    if step
-                        .predicted
-                        .as_ref()
-                        .is_some_and(|b| b.says_the_same(belief)) => {}
+                Ok(belief) if predicted.is_some_and(|b| b.says_the_same(belief)) => {}
                 Ok(belief) => self.record(run, step.k, Phase::Updated, belief, truth, &mut rows),
                 Err(EstimationError::Inconsistent { k }) => {
                     self.ended(run, *k, "inconsistent", &mut rows);

@@ -73,6 +73,11 @@ impl Recordings {
         table::for_each::<Measurement>(&path("measurements.parquet")?, |r| {
             put(&mut y, r.run, r.k, variables.y.len(), r.value);
         })?;
+        if variables.y.is_empty() {
+            // Nothing is measured, at as many steps as there are states.
+            let steps = |run: &Vec<Vec<_>>| vec![Vec::new(); run.len()];
+            y = x.iter().map(steps).collect();
+        }
         let mut u: Vec<Vec<Vec<f64>>> = Vec::new();
         table::for_each::<Input>(&path("inputs.parquet")?, |r| {
             put(&mut u, r.run, r.k, variables.u.len(), r.value);
