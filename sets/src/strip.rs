@@ -150,6 +150,7 @@ fn by_generator(
         .fold(0.0, |s, (d, c)| s + d.abs() * c.abs());
     let abs_dg = d.iter().zip(&sums).fold(0.0, |s, (d, g)| s + d.abs() * g);
     let common = gamma(n + 1) * (y.abs() + abs_dc) + gamma(n + 2) * abs_dg + 2.0 * ETA;
+    ops::count(n * (along.len() + 1), n * along.len());
     let mut g = z.g().clone();
     let mut r = vec![0.0; n];
     for i in 0..n {
