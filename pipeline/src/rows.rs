@@ -186,6 +186,8 @@ table! {
         steps: i64, "1", "steps timed";
         total_ns: i64, "ns", "time in the estimator over the run";
         median_ns: i64, "ns", "median time of a step";
+        p999_ns: i64, "ns", "time that 99.9 % of the steps do not exceed";
+        late: Option<i64>, "1", "steps that took longer than the system's sampling period; null if it has none";
         max_ns: i64, "ns", "longest step";
     }
 }
