@@ -87,6 +87,11 @@ pub trait Belief: Clone + Send {
     fn covariance(&self) -> Option<&Matrix>;
     /// How large it is.
     fn size(&self) -> Size;
+    /// Its volume, in the product of the components' units: that of [`Belief::size`] unless it takes more
+    /// than the step itself, and is then computed here, for those who ask. None where it is not known.
+    fn volume(&self) -> Option<f64> {
+        self.size().volume
+    }
     /// What it is drawn from.
     fn shape(&self) -> Shape;
     /// What metrics may ask of this kind of belief beyond hull, size and covariance; none unless its
@@ -184,6 +189,9 @@ macro_rules! beliefs {
             }
             fn size(&self) -> Size {
                 match self { $(Self::$belief(b) => b.size()),+ }
+            }
+            fn volume(&self) -> Option<f64> {
+                match self { $(Self::$belief(b) => b.volume()),+ }
             }
             fn shape(&self) -> Shape {
                 match self { $(Self::$belief(b) => b.shape()),+ }

@@ -4,7 +4,7 @@
 //! a closed family, [`AnySystem`]: one file each under `systems/`, one line each below.
 
 use crate::EstimationError;
-use crate::systems::{Linear, Lpv, Raimondo, Unicycle, VanDerPol, VehicleSe2};
+use crate::systems::{Linear, Lpv, Quadrotor, Raimondo, Unicycle, VanDerPol, VehicleSe2};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::number::Real;
 use zonobench_sets::{Interval, IntervalVector, Matrix};
@@ -125,7 +125,9 @@ macro_rules! systems {
     };
 }
 
-systems!(Linear, Lpv, VanDerPol, Raimondo, VehicleSe2, Unicycle);
+systems!(
+    Linear, Lpv, VanDerPol, Raimondo, VehicleSe2, Quadrotor, Unicycle
+);
 
 impl AnySystem {
     /// The value of `kind` in a file.
@@ -136,6 +138,7 @@ impl AnySystem {
             Self::VanDerPol(_) => "van-der-pol",
             Self::Raimondo(_) => "raimondo",
             Self::VehicleSe2(_) => "vehicle-se2",
+            Self::Quadrotor(_) => "quadrotor",
             Self::Unicycle(_) => "unicycle",
         }
     }
@@ -153,6 +156,7 @@ impl AnySystem {
         match self {
             Self::VanDerPol(s) => Some(s.ts),
             Self::VehicleSe2(s) => Some(s.dt),
+            Self::Quadrotor(s) => Some(s.dt),
             Self::Unicycle(s) => Some(s.t0),
             _ => None,
         }
@@ -197,6 +201,7 @@ impl AnySystem {
             Self::VanDerPol(s) => Some(s),
             Self::Raimondo(_) => None,
             Self::VehicleSe2(_) => None,
+            Self::Quadrotor(_) => None,
             Self::Unicycle(_) => None,
         }
     }

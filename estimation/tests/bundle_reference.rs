@@ -26,6 +26,7 @@ fn raimondo(prior: Uncertain) -> Problem {
     Problem {
         system: AnySystem::Raimondo(Raimondo {
             form: QuotientForm::Expanded,
+            ..Raimondo::default()
         }),
         prior,
         w: noise(0.1),

@@ -10,7 +10,7 @@ use arrow_array::builder::{
     BooleanBuilder, Float64Builder, Int32Builder, Int64Builder, ListBuilder, StringBuilder,
 };
 use arrow_array::cast::AsArray;
-use arrow_array::types::{Float64Type, Int32Type, Int64Type};
+use arrow_array::types::{ArrowPrimitiveType, Float64Type, Int32Type, Int64Type};
 use arrow_array::{Array, ArrayRef, RecordBatch};
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
@@ -63,8 +63,8 @@ pub trait Cell: Sized {
     fn append(&self, builder: &mut Self::Builder);
     /// The finished column.
     fn finish(builder: &mut Self::Builder) -> ArrayRef;
-    /// Reads row `i` back; None if the column has another type.
-    fn read(array: &dyn Array, i: usize) -> Option<Self>;
+    /// Reads a column back; None if it has another type.
+    fn read(array: &dyn Array) -> Option<Vec<Self>>;
     /// True if the value is (or holds) NaN.
     fn is_nan(&self) -> bool {
         false
@@ -85,8 +85,9 @@ macro_rules! cell {
             fn finish(builder: &mut Self::Builder) -> ArrayRef {
                 Arc::new(builder.finish())
             }
-            fn read(array: &dyn Array, i: usize) -> Option<Self> {
-                $read(array, i)
+            fn read(array: &dyn Array) -> Option<Vec<Self>> {
+                let mut value = $read(array)?;
+                Some((0..array.len()).map(|i| value(i)).collect())
             }
         }
         impl Cell for Option<$type> {
@@ -101,12 +102,10 @@ macro_rules! cell {
             fn finish(builder: &mut Self::Builder) -> ArrayRef {
                 Arc::new(builder.finish())
             }
-            fn read(array: &dyn Array, i: usize) -> Option<Self> {
-                if array.is_null(i) {
-                    Some(None)
-                } else {
-                    $read(array, i).map(Some)
-                }
+            fn read(array: &dyn Array) -> Option<Vec<Self>> {
+                let mut value = $read(array)?;
+                let at = |i| array.is_valid(i).then(|| value(i));
+                Some((0..array.len()).map(at).collect())
             }
         }
     };
@@ -116,33 +115,54 @@ fn as_text(name: &Name) -> &str {
     name
 }
 
-cell!(
-    Name,
-    StringBuilder,
-    DataType::Utf8,
-    as_text,
-    |a: &dyn Array, i| a.as_string_opt::<i32>().map(|a| Name::from(a.value(i)))
-);
+/// The names of a column: those that repeat within a few rows share their text.
+fn names(array: &dyn Array) -> Option<impl FnMut(usize) -> Name> {
+    let array = array.as_string_opt::<i32>()?;
+    let mut recent: Vec<Name> = Vec::new();
+    Some(move |i| {
+        let text = array.value(i);
+        if let Some(name) = recent.iter().find(|name| &***name == text) {
+            return name.clone();
+        }
+        let name = Name::from(text);
+        if recent.len() < 16 {
+            recent.push(name.clone());
+        }
+        name
+    })
+}
+
+fn integers<T: ArrowPrimitiveType>(array: &dyn Array) -> Option<impl FnMut(usize) -> T::Native> {
+    let array = array.as_primitive_opt::<T>()?;
+    Some(|i| array.value(i))
+}
+
+fn booleans(array: &dyn Array) -> Option<impl FnMut(usize) -> bool> {
+    let array = array.as_boolean_opt()?;
+    Some(|i| array.value(i))
+}
+
+cell!(Name, StringBuilder, DataType::Utf8, as_text, names);
 cell!(
     i32,
     Int32Builder,
     DataType::Int32,
     |x: &i32| *x,
-    |a: &dyn Array, i| a.as_primitive_opt::<Int32Type>().map(|a| a.value(i))
+    integers::<Int32Type>
 );
 cell!(
     i64,
     Int64Builder,
     DataType::Int64,
     |x: &i64| *x,
-    |a: &dyn Array, i| a.as_primitive_opt::<Int64Type>().map(|a| a.value(i))
+    integers::<Int64Type>
 );
 cell!(
     bool,
     BooleanBuilder,
     DataType::Boolean,
     |x: &bool| *x,
-    |a: &dyn Array, i| a.as_boolean_opt().map(|a| a.value(i))
+    booleans
 );
 
 impl Cell for f64 {
@@ -157,8 +177,9 @@ impl Cell for f64 {
     fn finish(builder: &mut Self::Builder) -> ArrayRef {
         Arc::new(builder.finish())
     }
-    fn read(array: &dyn Array, i: usize) -> Option<Self> {
-        array.as_primitive_opt::<Float64Type>().map(|a| a.value(i))
+    fn read(array: &dyn Array) -> Option<Vec<Self>> {
+        let array = array.as_primitive_opt::<Float64Type>()?;
+        Some(array.values().to_vec())
     }
     fn is_nan(&self) -> bool {
         f64::is_nan(*self)
@@ -177,9 +198,8 @@ impl Cell for Option<f64> {
     fn finish(builder: &mut Self::Builder) -> ArrayRef {
         Arc::new(builder.finish())
     }
-    fn read(array: &dyn Array, i: usize) -> Option<Self> {
-        let array = array.as_primitive_opt::<Float64Type>()?;
-        Some(array.is_valid(i).then(|| array.value(i)))
+    fn read(array: &dyn Array) -> Option<Vec<Self>> {
+        Some(array.as_primitive_opt::<Float64Type>()?.iter().collect())
     }
     fn is_nan(&self) -> bool {
         self.is_some_and(f64::is_nan)
@@ -204,15 +224,16 @@ impl Cell for Option<Vec<f64>> {
     fn finish(builder: &mut Self::Builder) -> ArrayRef {
         Arc::new(builder.finish())
     }
-    fn read(array: &dyn Array, i: usize) -> Option<Self> {
+    fn read(array: &dyn Array) -> Option<Vec<Self>> {
         let array = array.as_list_opt::<i32>()?;
-        if array.is_null(i) {
-            return Some(None);
-        }
-        let values = array.value(i);
-        values
-            .as_primitive_opt::<Float64Type>()
-            .map(|v| Some(v.values().to_vec()))
+        let values = array.values().as_primitive_opt::<Float64Type>()?.values();
+        let list = |i: usize| {
+            let ends = array.value_offsets();
+            array
+                .is_valid(i)
+                .then(|| values[ends[i] as usize..ends[i + 1] as usize].to_vec())
+        };
+        Some((0..array.len()).map(list).collect())
     }
     fn is_nan(&self) -> bool {
         self.as_ref().is_some_and(|v| v.iter().any(|x| x.is_nan()))
@@ -231,8 +252,8 @@ pub trait Row: Sized + Send {
     fn columns() -> Vec<ColumnInfo>;
     /// The rows as columns; the name of a column that holds NaN is an error.
     fn to_columns(rows: &[Self]) -> Result<Vec<ArrayRef>, &'static str>;
-    /// Row `i` of `columns`; the name of a column of another type is an error.
-    fn from_columns(columns: &[ArrayRef], i: usize) -> Result<Self, &'static str>;
+    /// The rows of `columns`; the name of a column of another type is an error.
+    fn from_columns(columns: &[ArrayRef]) -> Result<impl Iterator<Item = Self>, &'static str>;
 }
 
 /// Declares a table: a struct, its columns' units and descriptions, and both conversions.
@@ -267,12 +288,16 @@ macro_rules! table {
                     <$type as $crate::table::Cell>::finish(&mut builder)
                 },)*])
             }
-            fn from_columns(columns: &[arrow_array::ArrayRef], i: usize) -> Result<Self, &'static str> {
+            fn from_columns(
+                columns: &[arrow_array::ArrayRef],
+            ) -> Result<impl Iterator<Item = Self>, &'static str> {
                 let mut columns = columns.iter();
-                Ok(Self { $($field: {
+                $(let mut $field = {
                     let column = columns.next().ok_or(stringify!($field))?;
-                    <$type as $crate::table::Cell>::read(column, i).ok_or(stringify!($field))?
-                },)* })
+                    let cells = <$type as $crate::table::Cell>::read(column);
+                    cells.ok_or(stringify!($field))?.into_iter()
+                };)*
+                Ok(std::iter::from_fn(move || Some(Self { $($field: $field.next()?,)* })))
             }
         }
     };
@@ -466,15 +491,12 @@ pub fn check_columns<R: Row>(path: &Path, found: &Schema) -> Result<(), Error> {
 pub fn for_each<R: Row>(path: &Path, mut f: impl FnMut(R)) -> Result<(), Error> {
     for batch in batches::<R>(path)? {
         let batch = batch?;
-        for i in 0..batch.num_rows() {
-            f(
-                R::from_columns(batch.columns(), i).map_err(|column| Error::Schema {
-                    path: path.to_owned(),
-                    expected: format!("column {column} of table {}", R::TABLE),
-                    got: "another type".to_owned(),
-                })?,
-            );
-        }
+        let rows = R::from_columns(batch.columns()).map_err(|column| Error::Schema {
+            path: path.to_owned(),
+            expected: format!("column {column} of table {}", R::TABLE),
+            got: "another type".to_owned(),
+        })?;
+        rows.for_each(&mut f);
     }
     Ok(())
 }

@@ -4,7 +4,8 @@ use crate::error::Error;
 use crate::lake::{self, Entry, PathKeys};
 use crate::papers::{self, Paper};
 use crate::rows::{
-    Belief, Comparison, Estimate, EstimatorInfo, Measurement, Published, Score, Truth, Variable,
+    Belief, Comparison, Estimate, EstimatorInfo, Measurement, Published, Score, Set, Truth,
+    Variable,
 };
 use crate::table::{self, Row};
 use arrow_array::cast::AsArray;
@@ -202,6 +203,11 @@ impl Source {
         self.of_experiment(paper, experiment)
     }
 
+    /// The sets that were kept of run 0 of an experiment.
+    pub fn sets(&self, paper: &str, experiment: &str) -> Result<Vec<Set>, Error> {
+        self.of_experiment(paper, experiment)
+    }
+
     /// Run 0 of an experiment; None if the lake does not hold it.
     pub fn first_run(&self, paper: &str, experiment: &str) -> Result<Option<FirstRun>, Error> {
         let path = |table: &str| self.lake.join(lake::table_path(table, paper, experiment));
@@ -288,8 +294,13 @@ fn rows_of_first_run<R: Row>(path: &Path) -> Result<Vec<R>, Error> {
             .column(column)
             .as_primitive_opt::<Int32Type>()
             .ok_or_else(|| failed("run"))?;
-        for i in (0..batch.num_rows()).filter(|i| runs.value(*i) == 0) {
-            rows.push(R::from_columns(batch.columns(), i).map_err(failed)?);
+        let mut start = 0;
+        for same in runs.values().chunk_by(|a, b| a == b) {
+            if same[0] == 0 {
+                let first = batch.slice(start, same.len());
+                rows.extend(R::from_columns(first.columns()).map_err(failed)?);
+            }
+            start += same.len();
         }
     }
     Ok(rows)

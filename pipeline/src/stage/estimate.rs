@@ -4,7 +4,7 @@
 //! every finished belief and says whether it holds the truth.
 
 use crate::error::Error;
-use crate::experiment::{EstimatorSpec, Output};
+use crate::experiment::{EstimatorSpec, MetricSpec, Output};
 use crate::rows::{self, Belief, Estimate, EstimatorInfo, Extra, Set, Timing};
 use crate::stage::{Experiment, Recordings, metadata};
 use crate::store::canonical;
@@ -35,8 +35,15 @@ pub fn input(experiment: &Experiment, index: usize, data: &str) -> Value {
         "runs": experiment.runs,
         "sets": experiment.output.sets,
         "traces": experiment.output.traces,
+        "volumes": volumes(experiment),
         "data": data,
     })
+}
+
+/// Whether some metric needs the volumes of sets.
+fn volumes(experiment: &Experiment) -> bool {
+    let needed = |m: &MetricSpec| matches!(m.name, "area" | "volume");
+    experiment.metrics.iter().any(needed)
 }
 
 /// One estimator and what it is run on.
@@ -49,6 +56,8 @@ pub struct Job<'a> {
     pub steps: usize,
     /// What is kept besides the estimates.
     pub output: &'a Output,
+    /// Whether volumes are computed also where that takes more than the step itself.
+    pub volumes: bool,
     /// The seed of the simulated data.
     pub seed: Option<u64>,
     /// Whether the data keep to what the estimator assumes; true where nothing is known of them.
@@ -63,6 +72,7 @@ impl Job<'_> {
             spec: &experiment.estimators[index],
             steps: experiment.steps,
             output: &experiment.output,
+            volumes: volumes(experiment),
             seed: Some(experiment.seed),
             admissible: experiment
                 .truth
@@ -166,6 +176,15 @@ struct Judged<'a> {
     estimator: &'a AnyEstimator,
     id: Name,
     components: Vec<Name>,
+    words: Words,
+}
+
+/// The texts that stand in every row.
+struct Words {
+    ok: Name,
+    unbounded: Name,
+    predicted: Name,
+    updated: Name,
 }
 
 impl<'a> Judged<'a> {
@@ -176,6 +195,12 @@ impl<'a> Judged<'a> {
             estimator,
             id: job.spec.id.as_str().into(),
             components: variables.x.iter().map(|v| v.name.as_str().into()).collect(),
+            words: Words {
+                ok: "ok".into(),
+                unbounded: "unbounded".into(),
+                predicted: phase_name(Phase::Predicted).into(),
+                updated: phase_name(Phase::Updated).into(),
+            },
         }
     }
 
@@ -252,8 +277,12 @@ impl<'a> Judged<'a> {
         let bounded = hull
             .as_ref()
             .is_none_or(|h| h.iter().all(|side| side.is_finite()));
-        let status: Name = if bounded { "ok" } else { "unbounded" }.into();
-        let phase_text: Name = phase_name(phase).into();
+        let words = &self.words;
+        let status = if bounded { &words.ok } else { &words.unbounded };
+        let phase_text = match phase {
+            Phase::Predicted => &words.predicted,
+            Phase::Updated => &words.updated,
+        };
         for (i, component) in self.components.iter().enumerate() {
             rows.estimates.push(Estimate {
                 estimator: self.id.clone(),
@@ -276,7 +305,10 @@ impl<'a> Judged<'a> {
             n_constraints: size.n_constraints.map(|n| n as i64),
             trace_ggt: size.trace_ggt,
             radius: size.radius,
-            volume: size.volume,
+            volume: match self.job.volumes {
+                true => belief.volume(),
+                false => size.volume,
+            },
             covariance: belief.covariance().map(|p| p.as_slice().to_vec()),
             contains_truth: contains,
             lp_count: size.lp_count as i64,
@@ -297,11 +329,11 @@ impl<'a> Judged<'a> {
             let traced = self.job.output.traces && phase == self.estimator.reported_phase();
             if wanted {
                 rows.sets
-                    .push(self.set(run, k, &phase_text, belief, usize::MAX));
+                    .push(self.set(run, k, phase_text, belief, usize::MAX));
             }
             if traced {
                 rows.shapes
-                    .push(self.set(run, k, &phase_text, belief, TRACED_GENERATORS));
+                    .push(self.set(run, k, phase_text, belief, TRACED_GENERATORS));
             }
         }
     }
