@@ -6,6 +6,7 @@
 #![cfg_attr(test, allow(clippy::disallowed_methods))] // tests may compare with the platform's
 
 mod admissible;
+pub mod controller;
 pub mod error;
 pub mod estimator;
 pub mod estimators;

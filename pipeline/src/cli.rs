@@ -419,11 +419,15 @@ fn summary(lake: &Path, reports: &Path, quick: bool, verbosity: Verbosity) -> Re
             .to_owned()
     } else {
         format!(
-            "What the papers print, as reproduced (reading as-written):\n\n{}\n",
+            "What the papers print, as reproduced (reading as-written), cells by verdict:\n\n{}\n",
             tables::matrix_text(lake)?
         )
     };
-    out += &format!("Report:  {}/README.md\n", reports.display());
+    out += &format!(
+        "Report:  {0}/{1} in a browser, {0}/README.md\n",
+        reports.display(),
+        report::HTML
+    );
     out += &format!("Tables:  zonobench tables [PAPER [TABLE]]{}\n", flag(lake));
     out += &format!(
         "Data:    zonobench query \"SELECT * FROM scores LIMIT 5\"{}\n",

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::lake::{self, Entry, PathKeys};
 use crate::papers::{self, Paper};
 use crate::rows::{
-    Belief, Claim, Comparison, Estimate, EstimatorInfo, Measurement, Published, Score, Truth,
+    Belief, Claim, Comparison, Estimate, EstimatorInfo, Measurement, Published, Score, Set, Truth,
     Variable,
 };
 use crate::table::{self, Row};
@@ -203,6 +203,11 @@ impl Source {
 
     /// The estimators of an experiment.
     pub fn estimators(&self, paper: &str, experiment: &str) -> Result<Vec<EstimatorInfo>, Error> {
+        self.of_experiment(paper, experiment)
+    }
+
+    /// The sets that were kept of run 0 of an experiment.
+    pub fn sets(&self, paper: &str, experiment: &str) -> Result<Vec<Set>, Error> {
         self.of_experiment(paper, experiment)
     }
 

@@ -138,23 +138,28 @@ struct Results<'a> {
 }
 
 impl Results<'_> {
+    /// The values over runs; of several experiments joined by `+` their mean, run by run.
     fn values(
         &self,
-        experiment: &str,
+        experiments: &str,
         estimator: &str,
         metric: &str,
         component: &str,
-    ) -> Option<&[f64]> {
-        let found = self
-            .scores
-            .get(experiment)?
-            .iter()
-            .find(|((e, m, c, _), _)| {
+    ) -> Option<Vec<f64>> {
+        let of = |experiment: &str| {
+            let all = self.scores.get(experiment.trim())?;
+            let is = |((e, m, c, _), _): &&(Subject, Vec<f64>)| {
                 &**e == estimator && &**m == metric && c.as_deref().unwrap_or("") == component
-            });
-        found
-            .map(|(_, values)| values.as_slice())
-            .filter(|values| !values.is_empty())
+            };
+            all.iter().find(is).map(|(_, values)| values)
+        };
+        let all: Vec<&Vec<f64>> = experiments.split('+').map(of).collect::<Option<_>>()?;
+        let runs = all.first()?.len();
+        if runs == 0 || all.iter().any(|values| values.len() != runs) {
+            return None;
+        }
+        let mean = |run| all.iter().map(|values| values[run]).sum::<f64>() / all.len() as f64;
+        Some((0..runs).map(mean).collect())
     }
 
     fn number(&self, p: &Published, cell: &Cell) -> Option<Number> {
@@ -178,11 +183,11 @@ impl Results<'_> {
             .and_then(|m| m.split_once('('))
         else {
             let values = of(&cell.estimator, &cell.metric)?;
-            let (value, sd) = mean_sd(values)?;
+            let (value, sd) = mean_sd(&values)?;
             let sd = (values.len() > 1).then_some(sd);
             return Some(Number {
                 value,
-                offsets: prediction_offsets(values, runs),
+                offsets: prediction_offsets(&values, runs),
                 n: values.len(),
                 sd,
             });
@@ -214,7 +219,7 @@ impl Results<'_> {
             }
             _ => return None,
         };
-        let value = statistic(mean(a), mean(b));
+        let value = statistic(mean(&a), mean(&b));
         let offsets = paired_offsets(&pairs, runs, &statistic);
         Some(Number {
             value,
@@ -356,7 +361,7 @@ impl Results<'_> {
         let (experiment, estimator, metric) = (parts.next()?, parts.next()?, parts.next()?);
         let experiment = if experiment == "." { here } else { experiment };
         let values = self.values(experiment, estimator, metric, parts.next().unwrap_or(""))?;
-        mean_sd(values).map(|(mean, _)| mean)
+        mean_sd(&values).map(|(mean, _)| mean)
     }
 }
 
@@ -458,8 +463,12 @@ pub fn timings(
     times: &BTreeMap<(String, String), Vec<f64>>,
 ) -> Vec<TimingComparison> {
     let ours = |cell: &Cell, estimator: &str| {
-        let values = times.get(&(cell.experiment.clone(), estimator.to_owned()))?;
-        mean_sd(values).map(|(mean, _)| mean / 1e6)
+        let of = |experiment: &str| {
+            let values = times.get(&(experiment.trim().to_owned(), estimator.to_owned()))?;
+            mean_sd(values).map(|(mean, _)| mean / 1e6)
+        };
+        let means: Vec<f64> = cell.experiment.split('+').map(of).collect::<Option<_>>()?;
+        Some(means.iter().sum::<f64>() / means.len() as f64)
     };
     let measured: Vec<(&Published, &Cell, Option<f64>)> = paper
         .published

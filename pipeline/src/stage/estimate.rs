@@ -4,7 +4,7 @@
 //! every finished belief and says whether it holds the truth.
 
 use crate::error::Error;
-use crate::experiment::{EstimatorSpec, Output};
+use crate::experiment::{EstimatorSpec, MetricSpec, Output};
 use crate::rows::{self, Belief, Estimate, EstimatorInfo, Extra, Set, Timing};
 use crate::stage::{Experiment, Recordings, metadata};
 use crate::store::canonical;
@@ -35,8 +35,15 @@ pub fn input(experiment: &Experiment, index: usize, data: &str) -> Value {
         "runs": experiment.runs,
         "sets": experiment.output.sets,
         "traces": experiment.output.traces,
+        "volumes": volumes(experiment),
         "data": data,
     })
+}
+
+/// Whether some metric needs the volumes of sets.
+fn volumes(experiment: &Experiment) -> bool {
+    let needed = |m: &MetricSpec| matches!(m.name, "area" | "volume");
+    experiment.metrics.iter().any(needed)
 }
 
 /// One estimator and what it is run on.
@@ -49,6 +56,8 @@ pub struct Job<'a> {
     pub steps: usize,
     /// What is kept besides the estimates.
     pub output: &'a Output,
+    /// Whether volumes are computed also where that takes more than the step itself.
+    pub volumes: bool,
     /// The seed of the simulated data.
     pub seed: Option<u64>,
     /// Whether the data keep to what the estimator assumes; true where nothing is known of them.
@@ -63,6 +72,7 @@ impl Job<'_> {
             spec: &experiment.estimators[index],
             steps: experiment.steps,
             output: &experiment.output,
+            volumes: volumes(experiment),
             seed: Some(experiment.seed),
             admissible: experiment
                 .truth
@@ -295,7 +305,10 @@ impl<'a> Judged<'a> {
             n_constraints: size.n_constraints.map(|n| n as i64),
             trace_ggt: size.trace_ggt,
             radius: size.radius,
-            volume: size.volume,
+            volume: match self.job.volumes {
+                true => belief.volume(),
+                false => size.volume,
+            },
             covariance: belief.covariance().map(|p| p.as_slice().to_vec()),
             contains_truth: contains,
             lp_count: size.lp_count as i64,

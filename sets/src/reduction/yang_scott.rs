@@ -37,6 +37,7 @@ pub fn reduce(z: &Zonotope, generators: usize) -> Result<Zonotope, SetError> {
     if p <= generators {
         return Ok(z.clone());
     }
+    let _stage = ops::stage(ops::Stage::Reduction);
     let Some((block, others, rho)) = independent_block(z.g()) else {
         return girard::reduce(z, generators);
     };
@@ -62,7 +63,10 @@ pub fn reduce(z: &Zonotope, generators: usize) -> Result<Zonotope, SetError> {
             *r += remainder.abs() + gamma(n + 1) * size + ETA;
         }
     }
-    ops::count(2 * n * n * absorbed.len(), (2 * n + 2) * n * absorbed.len());
+    ops::count(
+        (2 * n + 1) * n * absorbed.len() + n * n,
+        (2 * n + 4) * n * absorbed.len(),
+    );
     // Each stretch is a sum of absorbed + 1 terms.
     let stretch: Vec<f64> = stretch.iter().map(|&s| up(s, absorbed.len())).collect();
     let kept: Vec<usize> = (0..others.len())
@@ -104,6 +108,8 @@ fn independent_block(g: &Matrix) -> Option<(Vec<usize>, Vec<usize>, Matrix)> {
         let mut best: Option<(f64, usize, usize)> = None;
         for i in (0..n).filter(|i| !pivot_rows.contains(i)) {
             let row = m.row(i);
+            ops::compared(p);
+            ops::count(1, p + n - 1);
             let (j, largest) = largest(&row[..p]);
             let ratio = abs_sum(row) / largest;
             if largest > floor[i] && best.is_none_or(|(b, ..)| ratio < b) {
@@ -116,9 +122,11 @@ fn independent_block(g: &Matrix) -> Option<(Vec<usize>, Vec<usize>, Matrix)> {
         let inverse = 1.0 / m[(i, j)];
         m.row_mut(i).iter_mut().for_each(|x| *x *= inverse);
         pivot_row.copy_from_slice(m.row(i));
+        ops::count(p + n + 1, 0);
         for k in (0..n).filter(|&k| k != i) {
             let factor = m[(k, j)];
             if factor != 0.0 {
+                ops::count(p + n, p + n);
                 m.row_mut(k)
                     .iter_mut()
                     .zip(&pivot_row)
@@ -127,7 +135,6 @@ fn independent_block(g: &Matrix) -> Option<(Vec<usize>, Vec<usize>, Matrix)> {
             }
         }
     }
-    ops::count(n * n * (p + n), n * n * (p + n));
     let others: Vec<usize> = (0..p).filter(|j| !block.contains(j)).collect();
     let rho = Matrix::from_fn(n, others.len(), |i, k| m[(pivot_rows[i], others[k])]);
     rho.is_finite().then_some((block, others, rho))
@@ -135,12 +142,21 @@ fn independent_block(g: &Matrix) -> Option<(Vec<usize>, Vec<usize>, Matrix)> {
 
 /// The index and absolute value of the entry of largest |·|, the first of equals.
 pub(super) fn largest(row: &[f64]) -> (usize, f64) {
-    row.iter()
-        .enumerate()
-        .fold((0, 0.0), |(at, best), (j, x)| match x.abs() > best {
-            true => (j, x.abs()),
-            false => (at, best),
-        })
+    let mut lanes = [0.0; 4];
+    let four = row.chunks_exact(4);
+    let rest = four.remainder();
+    for row in four {
+        for k in 0..4 {
+            let x = row[k].abs();
+            lanes[k] = if x > lanes[k] { x } else { lanes[k] };
+        }
+    }
+    for (lane, x) in lanes.iter_mut().zip(rest) {
+        *lane = lane.max(x.abs());
+    }
+    let greatest = lanes.iter().fold(0.0, |best: f64, &x| best.max(x));
+    let at = row.iter().position(|x| x.abs() == greatest);
+    (at.unwrap_or(0), greatest)
 }
 
 /// Which `count` columns of ρ are absorbed, in order: always the one of least Π(1 + R_i) − 1 − Σ R_i,
@@ -165,7 +181,8 @@ fn absorption_order(rho: &Matrix, count: usize) -> Vec<usize> {
                 *s += r;
             }
         }
-        ops::count(n * len, (2 * n + 2) * len);
+        ops::count(n * (2 * len - 1), 2 * (n + 1) * len + n - len);
+        ops::compared(len);
         let mut best = (f64::INFINITY, 0);
         for k in 0..len {
             let increase = product[k] - 1.0 - sum[k];
@@ -177,9 +194,9 @@ fn absorption_order(rho: &Matrix, count: usize) -> Vec<usize> {
         order.push(left.remove(k));
         for i in 0..n {
             let row = &mut ratio.row_mut(i)[..len];
-            let shrink = 1.0 + row[k];
+            let shrink = 1.0 / (1.0 + row[k]);
             row.copy_within(k + 1.., k);
-            row[..len - 1].iter_mut().for_each(|r| *r /= shrink);
+            row[..len - 1].iter_mut().for_each(|r| *r *= shrink);
         }
     }
     order
