@@ -9,7 +9,9 @@ use crate::papers::Paper;
 use crate::progress::Progress;
 use crate::rows;
 use crate::stage::estimate::Job;
-use crate::stage::{Experiment, Recordings, compare, estimate, reduce, score, simulate, trace};
+use crate::stage::{
+    Experiment, Recordings, claims, compare, estimate, reduce, score, simulate, trace,
+};
 use crate::store::{Artifact, Status, Store, Target};
 use crate::table;
 use rayon::prelude::*;
@@ -167,11 +169,37 @@ fn metrics_of<'a>(
         .collect()
 }
 
-/// Runs (or finds) the comparison of a paper's printed numbers with the results.
+fn claims_target(paper: &Paper) -> Target {
+    Target {
+        paper: paper.name.clone(),
+        experiment: "-".to_owned(),
+        stage: "claims",
+        estimator: None,
+    }
+}
+
+/// Tries (or finds) a paper's numbered claims.
+pub fn claims(store: &Store, paper: &Paper) -> Result<Artifact, Error> {
+    let input = claims::input(&paper.name);
+    let (artifact, _) = store.run(&claims_target(paper), claims::CODE, &input, |dir| {
+        claims::make(&paper.name, dir)
+    })?;
+    Ok(artifact)
+}
+
+/// Whether a paper's claims would be tried.
+pub fn plan_claims(store: &Store, paper: &Paper) -> Planned {
+    let target = claims_target(paper);
+    let status = store.status(&target, claims::CODE, &claims::input(&paper.name));
+    Planned { target, status }
+}
+
+/// Runs (or finds) the comparison of a paper's printed numbers with the results and the claims' verdicts.
 pub fn compare(
     store: &Store,
     paper: &Paper,
     finished: &[Finished],
+    claims: &Artifact,
     scale: compare::Scale,
 ) -> Result<Artifact, Error> {
     let contents: BTreeMap<&str, &str> = finished
@@ -185,10 +213,11 @@ pub fn compare(
         stage: "compare",
         estimator: None,
     };
-    let input = compare::input(paper, &contents, scale);
+    let input = compare::input(paper, &contents, &claims.content, scale);
+    let claims = file(claims, "claims.parquet")?;
     let metrics = metrics_of(finished, &paper.name)?;
     let (artifact, _) = store.run(&target, compare::CODE, &input, |dir| {
-        compare::make(paper, &metrics, scale, dir)
+        compare::make(paper, &metrics, &claims, scale, dir)
     })?;
     Ok(artifact)
 }
@@ -314,9 +343,10 @@ pub fn publications(finished: &Finished) -> Result<Vec<Publication<'static>>, Er
     Ok(files)
 }
 
-/// The files of the lake that come from a paper's comparison.
+/// The files of the lake that come from a paper's claims and its comparison.
 pub fn paper_publications(
     paper: &Paper,
+    claims: &Artifact,
     comparison: &Artifact,
 ) -> Result<Vec<Publication<'static>>, Error> {
     let path = |table: &str| paper_table_path(table, &paper.name);
@@ -333,6 +363,7 @@ pub fn paper_publications(
             comparison,
             "comparison.parquet",
         )?,
+        copy(path("claims"), "claims", claims, "claims.parquet")?,
     ])
 }
 
@@ -446,6 +477,19 @@ pub fn plan(store: &Store, experiment: &Experiment) -> Vec<Planned> {
         metrics.map(|a| score::input(&a.content)),
     );
     out
+}
+
+/// A paper's ledger as a node of a Graphviz graph.
+pub fn dot_claims(planned: &Planned) -> String {
+    let style = if planned.status == Status::Cached {
+        "solid"
+    } else {
+        "bold"
+    };
+    format!(
+        "  \"{}\" [label = \"claims of {}\", shape = box, style = {style}];\n",
+        planned.target, planned.target.paper
+    )
 }
 
 /// The stages of an experiment as a cluster of a Graphviz graph; what would run is drawn bold.

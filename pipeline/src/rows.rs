@@ -179,6 +179,19 @@ table! {
 }
 
 table! {
+    /// A numbered claim of a paper (theorem, proposition, lemma, corollary, remark) put to the test in exact arithmetic.
+    Claim => "claims" sorted by 0 {
+        claim: Name, "1", "name of the claim within the paper";
+        statement: Name, "1", "what the paper says, shortened";
+        verdict: Name, "1", "holds, holds_as_bound (an equality of which the inequality remains), does_not_hold or not_tested: computed from the trials";
+        trials: i64, "1", "trials of the claim as printed";
+        lost: i64, "1", "trials in which it failed";
+        counterexample: Name, "1", "the smallest counterexample known, evaluated exactly; empty if none";
+        consequence: Name, "1", "what follows for a method that uses it, and the trials of the repaired claim";
+    }
+}
+
+table! {
     /// How long steps took. Never hashed, never in a snapshot.
     Timing => "timings" sorted by 1 {
         estimator: Name, "1", "name in the experiment file";

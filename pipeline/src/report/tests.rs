@@ -41,8 +41,9 @@ fn published(wanted: &[&str], scale: Scale, figures: bool) -> TempDir {
         for f in &finished {
             files.extend(engine::publications(f).unwrap());
         }
-        let comparison = engine::compare(&store, &paper, &finished, scale).unwrap();
-        files.extend(engine::paper_publications(&paper, &comparison).unwrap());
+        let claims = engine::claims(&store, &paper).unwrap();
+        let comparison = engine::compare(&store, &paper, &finished, &claims, scale).unwrap();
+        files.extend(engine::paper_publications(&paper, &claims, &comparison).unwrap());
     }
     lake::publish(folder.path(), files, |_, _| true).unwrap();
     folder

@@ -29,21 +29,24 @@ pub enum Scale {
 }
 
 /// What a paper's comparison depends on.
-pub fn input(paper: &Paper, metrics: &BTreeMap<&str, &str>, scale: Scale) -> Value {
+pub fn input(paper: &Paper, metrics: &BTreeMap<&str, &str>, claims: &str, scale: Scale) -> Value {
     let texts: Vec<&str> = paper.texts.iter().map(|(_, text)| *text).collect();
     json!({
         "published": paper.published,
         "cells": paper.cells,
         "experiments": texts,
         "metrics": metrics,
+        "claims": claims,
         "quick": scale == Scale::Quick,
     })
 }
 
-/// Writes `published.parquet` and `comparison.parquet`; `metrics` has the metrics file of every experiment.
+/// Writes `published.parquet` and `comparison.parquet`; `metrics` has the metrics file of every experiment, `claims` is
+/// the paper's ledger.
 pub fn make(
     paper: &Paper,
     metrics: &BTreeMap<&str, PathBuf>,
+    claims: &Path,
     scale: Scale,
     dir: &Path,
 ) -> Result<(), Error> {
@@ -54,7 +57,11 @@ pub fn make(
             by_subject(table::read::<Metric>(path)?),
         );
     }
-    let results = Results { paper, scores };
+    let results = Results {
+        paper,
+        scores,
+        claims: table::read::<rows::Claim>(claims)?,
+    };
     let published = paper.published.iter().map(|p| rows::Published {
         table: p.table.as_str().into(),
         row: p.row.as_str().into(),
@@ -127,6 +134,7 @@ struct Number {
 struct Results<'a> {
     paper: &'a Paper,
     scores: BTreeMap<String, Vec<(Subject, Vec<f64>)>>,
+    claims: Vec<rows::Claim>,
 }
 
 impl Results<'_> {
@@ -221,16 +229,37 @@ impl Results<'_> {
         })
     }
 
+    /// The verdict of the ledger on the claim that a cell names.
+    fn claim(&self, p: &Published, cell: &Cell) -> Comparison {
+        let Some(claim) = self.claims.iter().find(|c| *c.claim == cell.component) else {
+            let reason = format!("no claim {:?} in the ledger", cell.component);
+            return row(p, &cell.reading, "error", reason);
+        };
+        let mut reason = format!(
+            "{} of {} exact trials of the claim lost",
+            claim.lost, claim.trials
+        );
+        for part in [&claim.counterexample, &claim.consequence] {
+            if !part.is_empty() {
+                reason += &format!("; {part}");
+            }
+        }
+        row(p, &cell.reading, &claim.verdict, reason)
+    }
+
     fn compare(&self, p: &Published, cell: &Cell) -> Comparison {
-        if matches!(cell.metric.as_str(), "complexity" | "claims") {
+        if cell.metric == "complexity" {
             return row(
                 p,
                 &cell.reading,
                 "not_reproducible",
-                "a statement about operation counts or a theorem, not a number of a run: this version has no \
-                 counting stage that could decide it"
+                "a statement about operation counts, not a number of a run: this version has no counting stage that \
+                 could decide it"
                     .to_owned(),
             );
+        }
+        if cell.metric == "claims" {
+            return self.claim(p, cell);
         }
         if cell.metric == "timing" {
             return row(p, &cell.reading, "lost_in_source", cell.finding.clone());

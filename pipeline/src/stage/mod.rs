@@ -1,7 +1,8 @@
-//! The stages: simulate → estimate → reduce → score → compare, and the traces beside them.
+//! The stages: simulate → estimate → reduce → score → compare, the traces beside them, and the papers' claims.
 //!
 //! Each is a function of an input that names everything it reads, and a folder to write into.
 
+pub mod claims;
 pub mod compare;
 pub mod estimate;
 pub mod reduce;
