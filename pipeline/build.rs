@@ -15,6 +15,7 @@ const STAGES: &[(&str, bool, &[&str])] = &[
     ("ESTIMATE", true, &["stage/estimate.rs"]),
     ("TRACE", true, &["stage/trace.rs", "trace"]),
     ("REDUCE", true, &["stage/reduce.rs"]),
+    ("COUNT", true, &["stage/count.rs"]),
     ("SCORE", false, &["stage/score.rs", "statistics.rs"]),
     (
         "COMPARE",
@@ -35,6 +36,9 @@ fn main() {
         if *reaches_mathematics {
             sources.extend(mathematics.iter().cloned());
         }
+        if *stage == "COUNT" {
+            sources.push(root.join("complexity/src"));
+        }
         sources.extend(
             TABLES
                 .iter()
@@ -50,6 +54,7 @@ fn main() {
     for watched in [
         "sets/src",
         "estimation/src",
+        "complexity/src",
         "pipeline/src",
         "experiments",
         "Cargo.lock",

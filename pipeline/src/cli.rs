@@ -9,6 +9,7 @@ use crate::progress::{Progress, Verbosity};
 use crate::query;
 use crate::report;
 use crate::stage::compare::Scale;
+use crate::stage::count::text as counts_text;
 use crate::store::{Status, Store};
 use crate::tables;
 use crate::tracking;
@@ -90,6 +91,13 @@ enum Command {
         target: String,
         /// Your own experiment files, if the target is in one of them
         files: Vec<PathBuf>,
+        #[command(flatten)]
+        lake: LakeArg,
+    },
+    /// The papers' claims about cost: what was counted beside what the formulas say
+    Count {
+        /// Paper (all if not given)
+        paper: Option<String>,
         #[command(flatten)]
         lake: LakeArg,
     },
@@ -241,6 +249,7 @@ fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
             files,
             lake,
         } => explain(&target, &files, &lake.lake),
+        Command::Count { paper, lake } => count(paper.as_deref(), &lake.lake),
         Command::Tables {
             paper,
             table,
@@ -541,12 +550,24 @@ fn plan(experiments: &[Arc<Experiment>], dot: bool, lake: &Path) -> Result<u8, E
     if dot {
         out += "digraph zonobench {\n  rankdir = LR;\n";
     }
+    let mut planned: Vec<engine::Planned> = Vec::new();
     for experiment in experiments {
-        let planned = engine::plan(&store, experiment);
+        let stages = engine::plan(&store, experiment);
         if dot {
-            out += &engine::dot(experiment, &planned);
-            continue;
+            out += &engine::dot(experiment, &stages);
         }
+        planned.extend(stages);
+    }
+    let mut papers: Vec<&str> = experiments.iter().map(|e| e.paper.as_str()).collect();
+    papers.dedup();
+    for paper in papers {
+        let counts = engine::plan_count(&store, paper);
+        if let (true, Some(counts)) = (dot, &counts) {
+            out += &format!("  \"{}\" [shape = box];\n", counts.target);
+        }
+        planned.extend(counts);
+    }
+    if !dot {
         for line in planned {
             let why = match &line.status {
                 Status::Cached => {
@@ -615,6 +636,23 @@ fn explain(wanted: &str, files: &[PathBuf], lake: &Path) -> Result<u8, Error> {
                 known.join(", ")
             ),
         });
+    }
+    print(&out)?;
+    Ok(0)
+}
+
+fn count(paper: Option<&str>, lake: &Path) -> Result<u8, Error> {
+    let wanted: Vec<String> = paper.into_iter().map(str::to_owned).collect();
+    papers::load(&wanted)?;
+    let store = Store::open(lake)?;
+    let all = zonobench_complexity::PAPERS.into_iter();
+    let mut out = String::new();
+    for name in all.filter(|name| paper.is_none_or(|p| p == *name)) {
+        let counts = counts_text(&engine::counted(&store, name)?);
+        out += &format!("# {name}\n{counts}\n");
+    }
+    if out.is_empty() {
+        out = "this paper claims no cost\n".to_owned();
     }
     print(&out)?;
     Ok(0)

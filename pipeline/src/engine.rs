@@ -9,7 +9,9 @@ use crate::papers::Paper;
 use crate::progress::Progress;
 use crate::rows;
 use crate::stage::estimate::Job;
-use crate::stage::{Experiment, Recordings, compare, estimate, reduce, score, simulate, trace};
+use crate::stage::{
+    Experiment, Recordings, compare, count, estimate, reduce, score, simulate, trace,
+};
 use crate::store::{Artifact, Status, Store, Target};
 use crate::table;
 use rayon::prelude::*;
@@ -167,30 +169,75 @@ fn metrics_of<'a>(
         .collect()
 }
 
+/// A result that belongs to a paper and to none of its experiments.
+fn paper_target(paper: &str, stage: &'static str) -> Target {
+    Target {
+        paper: paper.to_owned(),
+        experiment: "-".to_owned(),
+        stage,
+        estimator: None,
+    }
+}
+
+/// Runs (or finds) the counts of a paper's claims about cost, if it has any.
+pub fn count(store: &Store, paper: &str) -> Result<Option<Artifact>, Error> {
+    let Some(input) = count::input(paper) else {
+        return Ok(None);
+    };
+    let target = paper_target(paper, "count");
+    let (artifact, _) = store.run(&target, count::CODE, &input, |dir| count::make(paper, dir))?;
+    Ok(Some(artifact))
+}
+
+/// The rows of [`count`].
+pub fn counted(store: &Store, paper: &str) -> Result<Vec<rows::Complexity>, Error> {
+    match count(store, paper)? {
+        Some(artifact) => table::read(&file(&artifact, count::FILE)?),
+        None => Ok(Vec::new()),
+    }
+}
+
+/// What of [`count`] would run.
+pub fn plan_count(store: &Store, paper: &str) -> Option<Planned> {
+    let target = paper_target(paper, "count");
+    let status = store.status(&target, count::CODE, &count::input(paper)?);
+    Some(Planned { target, status })
+}
+
+/// A paper's printed numbers beside the results, and the counts that some of them were compared with.
+pub struct Compared {
+    comparison: Artifact,
+    complexity: Option<Artifact>,
+}
+
 /// Runs (or finds) the comparison of a paper's printed numbers with the results.
 pub fn compare(
     store: &Store,
     paper: &Paper,
     finished: &[Finished],
     scale: compare::Scale,
-) -> Result<Artifact, Error> {
+) -> Result<Compared, Error> {
     let contents: BTreeMap<&str, &str> = finished
         .iter()
         .filter(|f| f.experiment.paper == paper.name)
         .map(|f| (f.experiment.id.as_str(), f.metrics.content.as_str()))
         .collect();
-    let target = Target {
-        paper: paper.name.clone(),
-        experiment: "-".to_owned(),
-        stage: "compare",
-        estimator: None,
-    };
-    let input = compare::input(paper, &contents, scale);
+    let target = paper_target(&paper.name, "compare");
+    let complexity = count(store, &paper.name)?;
+    let counts = complexity.as_ref().map(|a| a.content.as_str());
+    let input = compare::input(paper, &contents, counts, scale);
     let metrics = metrics_of(finished, &paper.name)?;
-    let (artifact, _) = store.run(&target, compare::CODE, &input, |dir| {
-        compare::make(paper, &metrics, scale, dir)
+    let (comparison, _) = store.run(&target, compare::CODE, &input, |dir| {
+        let counts = match &complexity {
+            Some(artifact) => Some(file(artifact, count::FILE)?),
+            None => None,
+        };
+        compare::make(paper, &metrics, counts.as_deref(), scale, dir)
     })?;
-    Ok(artifact)
+    Ok(Compared {
+        comparison,
+        complexity,
+    })
 }
 
 fn copy(
@@ -317,10 +364,11 @@ pub fn publications(finished: &Finished) -> Result<Vec<Publication<'static>>, Er
 /// The files of the lake that come from a paper's comparison.
 pub fn paper_publications(
     paper: &Paper,
-    comparison: &Artifact,
+    compared: &Compared,
 ) -> Result<Vec<Publication<'static>>, Error> {
     let path = |table: &str| paper_table_path(table, &paper.name);
-    Ok(vec![
+    let comparison = &compared.comparison;
+    let mut files = vec![
         copy(
             path("published"),
             "published",
@@ -333,7 +381,11 @@ pub fn paper_publications(
             comparison,
             "comparison.parquet",
         )?,
-    ])
+    ];
+    if let Some(counts) = &compared.complexity {
+        files.push(copy(path("complexity"), "complexity", counts, count::FILE)?);
+    }
+    Ok(files)
 }
 
 /// Writes the timings of one experiment into the lake; they are not vouched for.

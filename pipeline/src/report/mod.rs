@@ -9,6 +9,7 @@
 //! come from the recorded `timings.csv` beside the pages alone, never from the lake.
 
 mod about;
+mod complexity;
 mod front;
 mod markdown;
 mod page;

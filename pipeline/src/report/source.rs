@@ -192,6 +192,11 @@ impl Source {
         }
     }
 
+    /// The counts of a paper's claims about cost.
+    pub fn complexity(&self, paper: &str) -> Result<Vec<Complexity>, Error> {
+        self.of_paper(paper)
+    }
+
     /// The scores of an experiment.
     pub fn scores(&self, paper: &str, experiment: &str) -> Result<Vec<Score>, Error> {
         self.of_experiment(paper, experiment)

@@ -6,7 +6,7 @@
 use crate::error::Error;
 use crate::papers::Paper;
 use crate::published::{Cell, Comparison as Claim, Published, half_unit};
-use crate::rows::{self, Comparison, Metric, TimingComparison};
+use crate::rows::{self, Comparison, Complexity, Metric, TimingComparison};
 use crate::stage::metadata;
 use crate::stage::score::{Subject, by_subject};
 use crate::statistics::{mean_sd, paired_offsets, prediction_offsets};
@@ -29,21 +29,29 @@ pub enum Scale {
 }
 
 /// What a paper's comparison depends on.
-pub fn input(paper: &Paper, metrics: &BTreeMap<&str, &str>, scale: Scale) -> Value {
+pub fn input(
+    paper: &Paper,
+    metrics: &BTreeMap<&str, &str>,
+    complexity: Option<&str>,
+    scale: Scale,
+) -> Value {
     let texts: Vec<&str> = paper.texts.iter().map(|(_, text)| *text).collect();
     json!({
         "published": paper.published,
         "cells": paper.cells,
         "experiments": texts,
         "metrics": metrics,
+        "complexity": complexity,
         "quick": scale == Scale::Quick,
     })
 }
 
-/// Writes `published.parquet` and `comparison.parquet`; `metrics` has the metrics file of every experiment.
+/// Writes `published.parquet` and `comparison.parquet`; `metrics` has the metrics file of every experiment,
+/// `complexity` the counts of the paper's claims about cost.
 pub fn make(
     paper: &Paper,
     metrics: &BTreeMap<&str, PathBuf>,
+    complexity: Option<&Path>,
     scale: Scale,
     dir: &Path,
 ) -> Result<(), Error> {
@@ -54,7 +62,15 @@ pub fn make(
             by_subject(table::read::<Metric>(path)?),
         );
     }
-    let results = Results { paper, scores };
+    let complexity = match complexity {
+        Some(path) => table::read::<Complexity>(path)?,
+        None => Vec::new(),
+    };
+    let results = Results {
+        paper,
+        scores,
+        complexity,
+    };
     let published = paper.published.iter().map(|p| rows::Published {
         table: p.table.as_str().into(),
         row: p.row.as_str().into(),
@@ -127,6 +143,7 @@ struct Number {
 struct Results<'a> {
     paper: &'a Paper,
     scores: BTreeMap<String, Vec<(Subject, Vec<f64>)>>,
+    complexity: Vec<Complexity>,
 }
 
 impl Results<'_> {
@@ -217,13 +234,15 @@ impl Results<'_> {
     }
 
     fn compare(&self, p: &Published, cell: &Cell) -> Comparison {
-        if matches!(cell.metric.as_str(), "complexity" | "claims") {
+        if cell.metric == "complexity" {
+            return self.counted(p, cell);
+        }
+        if cell.metric == "claims" {
             return row(
                 p,
                 &cell.reading,
                 "not_reproducible",
-                "a statement about operation counts or a theorem, not a number of a run: this version has no \
-                 counting stage that could decide it"
+                "a theorem, not a number of a run: this version has no stage that could decide it"
                     .to_owned(),
             );
         }
@@ -281,6 +300,23 @@ impl Results<'_> {
             rel_diff,
             ..row(p, &cell.reading, verdict, reason)
         }
+    }
+
+    /// The verdict of the claim about cost that `cell` names.
+    fn counted(&self, p: &Published, cell: &Cell) -> Comparison {
+        let claim = self
+            .complexity
+            .iter()
+            .find(|r| r.sweep_variable.is_none() && &*r.claim == cell.component);
+        let Some(claim) = claim else {
+            let reason = format!("no claim {} was counted", cell.component);
+            return row(p, &cell.reading, "error", reason);
+        };
+        let reason = match cell.finding.is_empty() {
+            true => claim.reason.to_string(),
+            false => format!("{}: {}", cell.finding, claim.reason),
+        };
+        row(p, &cell.reading, &claim.verdict, reason)
     }
 
     /// Puts measured numbers into the places of a finding.

@@ -1,8 +1,10 @@
-//! The stages: simulate → estimate → reduce → score → compare, and the traces beside them.
+//! The stages: simulate → estimate → reduce → score → compare, the traces beside them, and the counts of a
+//! paper's claims about cost, which `compare` reads.
 //!
 //! Each is a function of an input that names everything it reads, and a folder to write into.
 
 pub mod compare;
+pub mod count;
 pub mod estimate;
 pub mod reduce;
 pub mod score;
