@@ -22,6 +22,11 @@ const STAGES: &[(&str, &[&str], &[&str])] = &[
     ("ESTIMATE", MATHEMATICS, &["stage/estimate.rs"]),
     ("TRACE", MATHEMATICS, &["stage/trace.rs", "trace"]),
     ("REDUCE", MATHEMATICS, &["stage/reduce.rs"]),
+    (
+        "COUNT",
+        &["sets/src", "estimation/src", "complexity/src"],
+        &["stage/count.rs"],
+    ),
     ("SCORE", &[], &["stage/score.rs", "statistics.rs"]),
     (
         "COMPARE",
@@ -60,6 +65,7 @@ fn main() {
         "sets/src",
         "estimation/src",
         "claims/src",
+        "complexity/src",
         "pipeline/src",
         "experiments",
         "Cargo.lock",

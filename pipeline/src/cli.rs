@@ -10,6 +10,7 @@ use crate::progress::{Progress, Verbosity};
 use crate::query;
 use crate::report;
 use crate::stage::compare::Scale;
+use crate::stage::count::text as counts_text;
 use crate::store::{Status, Store};
 use crate::tables;
 use crate::tracking;
@@ -91,6 +92,13 @@ enum Command {
         target: String,
         /// Your own experiment files, if the target is in one of them
         files: Vec<PathBuf>,
+        #[command(flatten)]
+        lake: LakeArg,
+    },
+    /// The papers' claims about cost: what was counted beside what the formulas say
+    Count {
+        /// Paper (all if not given)
+        paper: Option<String>,
         #[command(flatten)]
         lake: LakeArg,
     },
@@ -262,6 +270,7 @@ fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
             files,
             lake,
         } => explain(&target, &files, &lake.lake),
+        Command::Count { paper, lake } => count(paper.as_deref(), &lake.lake),
         Command::Tables {
             paper,
             table,
@@ -362,9 +371,8 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
         files.extend(engine::publications(f)?);
     }
     for paper in &papers {
-        let claims = pool.install(|| engine::claims(&store, paper))?;
-        let comparison = engine::compare(&store, paper, &finished, &claims, scale)?;
-        files.extend(engine::paper_publications(paper, &claims, &comparison)?);
+        let compared = pool.install(|| engine::compare(&store, paper, &finished, scale))?;
+        files.extend(engine::paper_publications(paper, &compared)?);
     }
     let names: Vec<&str> = papers.iter().map(|p| p.name.as_str()).collect();
     pool.install(|| lake::publish(&lake, files, |paper, _| names.contains(&paper)))?;
@@ -581,14 +589,12 @@ fn plan(
     let of_experiments = experiments
         .iter()
         .map(|e| (Some(e), engine::plan(&store, e)));
-    let of_papers = papers
-        .iter()
-        .map(|p| (None, vec![engine::plan_claims(&store, p)]));
+    let of_papers = papers.iter().map(|p| (None, engine::plan_paper(&store, p)));
     for (experiment, planned) in of_experiments.chain(of_papers) {
         if dot {
             out += &match experiment {
                 Some(experiment) => engine::dot(experiment, &planned),
-                None => engine::dot_claims(&planned[0]),
+                None => engine::dot_paper(&planned),
             };
             continue;
         }
@@ -637,7 +643,7 @@ fn explain(wanted: &str, files: &[PathBuf], lake: &Path) -> Result<u8, Error> {
     if files.is_empty() {
         for paper in papers::load(&[paper])? {
             known.push(format!("{}/-", paper.name));
-            planned.push(vec![engine::plan_claims(&store, &paper)]);
+            planned.push(engine::plan_paper(&store, &paper));
         }
     }
     for lines in planned {
@@ -670,6 +676,23 @@ fn explain(wanted: &str, files: &[PathBuf], lake: &Path) -> Result<u8, Error> {
                 known.join(", ")
             ),
         });
+    }
+    print(&out)?;
+    Ok(0)
+}
+
+fn count(paper: Option<&str>, lake: &Path) -> Result<u8, Error> {
+    let wanted: Vec<String> = paper.into_iter().map(str::to_owned).collect();
+    papers::load(&wanted)?;
+    let store = Store::open(lake)?;
+    let all = zonobench_complexity::PAPERS.into_iter();
+    let mut out = String::new();
+    for name in all.filter(|name| paper.is_none_or(|p| p == *name)) {
+        let counts = counts_text(&engine::counted(&store, name)?);
+        out += &format!("# {name}\n{counts}\n");
+    }
+    if out.is_empty() {
+        out = "this paper claims no cost\n".to_owned();
     }
     print(&out)?;
     Ok(0)
