@@ -2,6 +2,7 @@
 //!
 //! Each is a function of an input that names everything it reads, and a folder to write into.
 
+pub mod attack;
 pub mod compare;
 pub mod estimate;
 pub mod reduce;
