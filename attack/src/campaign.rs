@@ -21,7 +21,7 @@ pub struct Counts {
     pub lost: u64,
     /// Sets of which neither is certain.
     pub undecided: u64,
-    /// Runs that the estimator refused to go on with.
+    /// Runs that ended early without a set: refused, or the set reached where the model is not defined.
     pub refused: u64,
 }
 
@@ -48,8 +48,7 @@ impl Counts {
 /// Run `run` of `attack` against `target`.
 ///
 /// The problem, the noise and the first state depend on the three alone. Fails where the target's problem
-/// cannot be simulated or its estimator not be made, and where the estimator fails otherwise than by an
-/// empty set or a refusal; the text says which.
+/// cannot be simulated or its estimator not be made; the text says which.
 pub fn attack(target: &Target, attack: Attack, run: u64) -> Result<Counts, String> {
     let failed = |what: &str, e: &dyn std::fmt::Display| {
         let (name, system) = (target.name, target.system);
@@ -82,15 +81,11 @@ pub fn attack(target: &Target, attack: Attack, run: u64) -> Result<Counts, Strin
     // A state that leaves for infinity is followed as far as its sets mean something.
     let far = |x: &Vec<f64>| x.iter().any(|x| x.abs() > FAR);
     let end = data.x.iter().position(far).unwrap_or(data.x.len());
-    judge(&estimator, &data, end).map_err(|e| failed("step", &e))
+    Ok(judge(&estimator, &data, end))
 }
 
 /// Tracks the data and judges every belief before step `end`.
-fn judge(
-    estimator: &AnyEstimator,
-    data: &Trajectory,
-    end: usize,
-) -> Result<Counts, EstimationError> {
+fn judge(estimator: &AnyEstimator, data: &Trajectory, end: usize) -> Counts {
     let measured: Vec<Vec<Option<f64>>> = data
         .y
         .iter()
@@ -116,11 +111,11 @@ fn judge(
                 counts.steps += 1;
                 counts.lost += 1;
             }
-            Err(EstimationError::Refused { .. }) => counts.refused += 1,
-            Err(other) => return Err(other.clone()),
+            // Refused, or the set reached where the model is not defined.
+            Err(_) => counts.refused += 1,
         }
     }
-    Ok(counts)
+    counts
 }
 
 /// x ± rounding, as intervals.

@@ -45,7 +45,7 @@ const LINEAR: Target = Target {
     system: "linear",
     guaranteed: true,
     steps: 100,
-    runs: 20,
+    runs: 40,
     settings: "",
     problem: linear,
     input: &[],
@@ -55,7 +55,7 @@ const RAIMONDO: Target = Target {
     paper: "cz",
     system: "raimondo",
     problem: raimondo,
-    runs: 3,
+    runs: 6,
     ..LINEAR
 };
 
@@ -70,7 +70,7 @@ const VEHICLE: Target = Target {
     steps: 500,
     problem: vehicle,
     input: &[0.4, 8.0],
-    runs: 2,
+    runs: 6,
     ..LINEAR
 };
 
@@ -88,14 +88,14 @@ pub const TARGETS: &[Target] = &[
     Target {
         name: "box-state-est",
         settings: r#"{"kind": "box-state-est", "products": "stacked"}"#,
-        runs: 200,
+        runs: 500,
         ..LINEAR
     },
     Target {
         name: "box-state-est printed products",
         guaranteed: false,
         settings: r#"{"kind": "box-state-est", "products": "printed"}"#,
-        runs: 200,
+        runs: 500,
         ..LINEAR
     },
     Target {
@@ -114,32 +114,32 @@ pub const TARGETS: &[Target] = &[
         paper: "cz",
         name: "czmv",
         settings: CZMV,
-        runs: 6,
+        runs: 12,
         ..LINEAR
     },
     Target {
         paper: "cz",
         name: "czfo",
         settings: CZFO,
-        runs: 3,
+        runs: 6,
         ..LINEAR
     },
     Target {
         name: "zmv",
         settings: ZMV,
-        runs: 20,
+        runs: 40,
         ..RAIMONDO
     },
     Target {
         name: "zfo",
         settings: ZFO,
-        runs: 20,
+        runs: 40,
         ..RAIMONDO
     },
     Target {
         name: "czmv",
         settings: CZMV,
-        runs: 6,
+        runs: 12,
         ..RAIMONDO
     },
     Target {

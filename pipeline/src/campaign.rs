@@ -59,18 +59,19 @@ fn render(rows: &[(&str, Attack)]) -> String {
     let name = width(&mut rows.iter().map(|(_, r)| r.estimator.len()));
     let kind = width(&mut rows.iter().map(|(_, r)| r.attack.len()));
     let mut out = format!(
-        "{:system$}  {:name$}  {:kind$}  {:>9}  {:>6}  {:>9}  {:>9}  guaranteed\n",
-        "system", "estimator", "attack", "sets", "lost", "rate <", "undecided"
+        "{:system$}  {:name$}  {:kind$}  {:>9}  {:>6}  {:>9}  {:>9}  {:>7}  guaranteed\n",
+        "system", "estimator", "attack", "sets", "lost", "rate <", "undecided", "refused"
     );
     for (on, r) in rows {
         out += &format!(
-            "{on:system$}  {:name$}  {:kind$}  {:9}  {:6}  {:9.1e}  {:9}  {}\n",
+            "{on:system$}  {:name$}  {:kind$}  {:9}  {:6}  {:9.1e}  {:9}  {:7}  {}\n",
             r.estimator,
             r.attack,
             r.steps,
             r.lost,
             r.rate_hi,
             r.undecided,
+            r.refused,
             if r.guaranteed { "yes" } else { "no" },
         );
     }

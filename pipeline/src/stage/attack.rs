@@ -66,8 +66,7 @@ pub fn input(paper: &str, system: &str, size: Size) -> Value {
 
 /// Runs every case of `paper` on `system`.
 ///
-/// `done` is told of every finished unit. Fails where a problem cannot be simulated or an estimator fails
-/// otherwise than by an empty set.
+/// `done` is told of every finished unit. Fails where a problem cannot be simulated.
 pub fn count(
     paper: &str,
     system: &str,
