@@ -9,7 +9,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use zonobench::lake::{paper_table_path, table_path};
-use zonobench::rows::{Belief, Comparison, Complexity, Estimate, EstimatorInfo, Metric, Score, Set, Truth};
+use zonobench::rows::{
+    Belief, Comparison, Complexity, Estimate, EstimatorInfo, Metric, Score, Set, Truth,
+};
 use zonobench::stage::compare::four_digits;
 use zonobench::table::{self, Name};
 

@@ -158,7 +158,11 @@ mod tests {
 
     #[test]
     fn a_claim_with_a_sweep_has_a_picture_and_one_without_has_none() {
-        let rows = [row(None, 0, 0.0), row(Some("n"), 1, 3.0), row(Some("n"), 2, 12.0)];
+        let rows = [
+            row(None, 0, 0.0),
+            row(Some("n"), 1, 3.0),
+            row(Some("n"), 2, 12.0),
+        ];
         let (text, pictures) = section("p", &rows);
         assert!(text.contains("because") && text.contains("count-c.svg"));
         assert_eq!(pictures.len(), 1);

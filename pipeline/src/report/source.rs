@@ -4,7 +4,8 @@ use crate::error::Error;
 use crate::lake::{self, Entry, PathKeys};
 use crate::papers::{self, Paper};
 use crate::rows::{
-    Belief, Comparison, Estimate, EstimatorInfo, Measurement, Published, Score, Truth, Variable,
+    Belief, Comparison, Complexity, Estimate, EstimatorInfo, Measurement, Published, Score, Truth,
+    Variable,
 };
 use crate::table::{self, Row};
 use arrow_array::cast::AsArray;
