@@ -6,6 +6,7 @@
 //! Noise that a set bounds is drawn inside it by a factor of [`INSIDE`] about its center, so that the
 //! rounding of the simulation itself cannot push the truth out of what the estimators assume.
 
+use crate::controller::{Controller, FeedbackLinearising};
 use crate::problem::Uncertain;
 use crate::random::{Draws, MAX_ATTEMPTS, MAX_COMPONENTS, MAX_STEPS, Purpose};
 use crate::signal::{Oscillation, Signal, SignalError, mixed_radix, sum_at};
@@ -146,6 +147,9 @@ pub enum Inputs {
     Signals(Vec<Vec<Signal>>),
     /// Row k is u_k.
     Data(Vec<Vec<f64>>),
+    /// u_k is what a controller makes of the true x_k: the loop is closed around the truth, so that all
+    /// estimators see the same inputs.
+    Controller(Controller),
 }
 
 /// What is wrong with a truth, or what went wrong when it was drawn.
@@ -462,8 +466,9 @@ impl DeltaLaw {
 }
 
 impl Inputs {
-    /// Checks the inputs against the number of components and the last step.
-    pub fn validate(&self, n: usize, steps: usize) -> Result<(), SimulationError> {
+    /// Checks the inputs against the system and the last step.
+    pub fn validate(&self, system: &AnySystem, steps: usize) -> Result<(), SimulationError> {
+        let n = system.variables().u.len();
         match self {
             Inputs::Constant(u) => finite("inputs", u, n),
             Inputs::Signals(terms) => {
@@ -474,15 +479,26 @@ impl Inputs {
                 check_terms("inputs", terms.iter().enumerate().map(|(i, t)| (i, &t[..])))
             }
             Inputs::Data(rows) => check_data("inputs", rows, n, steps + 1),
+            Inputs::Controller(controller) => match controller.start(system) {
+                Some(_) => Ok(()),
+                None => Err(part_error(
+                    "inputs",
+                    "a system that the controller can drive",
+                    system.kind(),
+                )),
+            },
         }
     }
 
-    /// u_k.
-    pub fn at(&self, k: usize) -> Vec<f64> {
+    /// u_k, asked for in ascending k, with the true x_k; the controller must be one that drives the system.
+    fn at(&self, k: usize, x: &[f64], controller: &mut Option<FeedbackLinearising>) -> Vec<f64> {
         match self {
             Inputs::Constant(u) => u.clone(),
             Inputs::Signals(terms) => terms.iter().map(|t| sum_at(t, k)).collect(),
             Inputs::Data(rows) => rows[k].clone(),
+            Inputs::Controller(_) => controller
+                .as_mut()
+                .map_or_else(Vec::new, |controller| controller.step(k, x)),
         }
     }
 }
@@ -753,7 +769,7 @@ pub fn simulate(
 ) -> Result<Trajectory, SimulationError> {
     let variables = system.variables();
     truth.validate(system, steps)?;
-    inputs.validate(variables.u.len(), steps)?;
+    inputs.validate(system, steps)?;
     let (n, n_y, n_v) = (variables.x.len(), variables.y.len(), variables.v.len());
     let n_delta = system.n_delta();
     let n_w = variables.w.len() - n_delta;
@@ -778,10 +794,14 @@ pub fn simulate(
     );
     let mut delta_draws = Draws::new(seed, Purpose::Delta, run);
 
+    let mut controller = match inputs {
+        Inputs::Controller(controller) => controller.start(system),
+        _ => None,
+    };
     let mut state = first_state(&truth.x0, n, seed, run)?;
     let (mut x, mut y, mut u, mut w, mut v) = (vec![], vec![], vec![], vec![], vec![]);
     for k in 0..=steps {
-        let (input, noise) = (inputs.at(k), v_source.at(k)?);
+        let (input, noise) = (inputs.at(k, &state, &mut controller), v_source.at(k)?);
         let mut measured = vec![0.0; n_y];
         system.h(k, &state, &input, &noise, &mut measured);
         if !state.iter().chain(&measured).all(|x| x.is_finite()) {

@@ -10,7 +10,7 @@ use zonobench_estimation::propagation::{
     Choice, Dynamics, Expansion, Remainder, first_order, first_order_about, mean_value,
     zonotope_first_order, zonotope_mean_value,
 };
-use zonobench_estimation::systems::{QuotientForm, Raimondo};
+use zonobench_estimation::systems::{Measured, QuotientForm, Raimondo};
 use zonobench_sets::lp::LinearProgram;
 use zonobench_sets::number::{Function, Real};
 use zonobench_sets::{ConstrainedZonotope, IntervalVector, Matrix, Zonotope, strip};
@@ -20,6 +20,7 @@ const TOLERANCE: f64 = 1e-12;
 
 const SYSTEM: Raimondo = Raimondo {
     form: QuotientForm::Tight,
+    output: Measured::Both,
 };
 
 const CHOICES: [Choice; 6] = [

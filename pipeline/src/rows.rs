@@ -179,6 +179,19 @@ table! {
 }
 
 table! {
+    /// A numbered claim of a paper (theorem, proposition, lemma, corollary, remark) put to the test in exact arithmetic.
+    Claim => "claims" sorted by 0 {
+        claim: Name, "1", "name of the claim within the paper";
+        statement: Name, "1", "what the paper says, shortened";
+        verdict: Name, "1", "holds, holds_as_bound (an equality of which the inequality remains), does_not_hold or not_tested: computed from the trials";
+        trials: i64, "1", "trials of the claim as printed";
+        lost: i64, "1", "trials in which it failed";
+        counterexample: Name, "1", "the smallest counterexample known, evaluated exactly; empty if none";
+        consequence: Name, "1", "what follows for a method that uses it, and the trials of the repaired claim";
+    }
+}
+
+table! {
     /// A claim about cost held against counts: first its verdict, then the sizes that it was tried at.
     Complexity => "complexity" sorted by 0 {
         claim: Name, "1", "name of the claim";
@@ -203,6 +216,8 @@ table! {
         steps: i64, "1", "steps timed";
         total_ns: i64, "ns", "time in the estimator over the run";
         median_ns: i64, "ns", "median time of a step";
+        p999_ns: i64, "ns", "time that 99.9 % of the steps do not exceed";
+        late: Option<i64>, "1", "steps that took longer than the system's sampling period; null if it has none";
         max_ns: i64, "ns", "longest step";
     }
 }

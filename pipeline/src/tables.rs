@@ -3,11 +3,11 @@
 use crate::error::Error;
 use crate::lake::{paper_table_path, read_manifest};
 use crate::query;
+use crate::report::verdict;
 use crate::rows::{Comparison, TimingComparison};
 use crate::stage::compare::four_digits;
 use crate::table;
 use polars::prelude::{Expr, IntoLazy, LazyFrame, col, len, lit};
-use std::collections::BTreeMap;
 use std::path::Path;
 
 /// How the tables are printed.
@@ -101,34 +101,135 @@ pub fn is_finding(verdict: &str) -> bool {
     )
 }
 
-/// The matrix of verdicts as text: a line a table, with counts.
+/// The matrix of verdicts as text: a line a table, a column a verdict, and a line of each paper's sums.
 pub fn matrix_text(lake: &Path) -> Result<String, Error> {
-    let mut tables: Vec<((String, String), BTreeMap<String, usize>)> = Vec::new();
-    for (paper, table, verdict, cells) in matrix(lake)? {
-        let key = (paper, table);
-        match tables.iter_mut().find(|(k, _)| *k == key) {
-            Some((_, counts)) => *counts.entry(verdict).or_default() += cells,
-            None => tables.push((key, BTreeMap::from([(verdict, cells)]))),
+    let counted = matrix(lake)?;
+    let mut verdicts: Vec<&str> = counted.iter().map(|(_, _, v, _)| v.as_str()).collect();
+    verdicts.sort_by_key(|v| (verdict::rank(v), *v));
+    verdicts.dedup();
+    let mut lines: Vec<(&str, &str)> = Vec::new();
+    for (paper, table, _, _) in &counted {
+        if !lines.iter().any(|(p, _)| p == paper) {
+            lines.push((paper, ""));
+        }
+        if !lines.contains(&(paper, table)) {
+            lines.push((paper, table));
         }
     }
-    let header = ["paper", "table", "cells", "reproduced", "verdicts"].map(str::to_owned);
-    let rows = tables.into_iter().map(|((paper, table), counts)| {
-        let all: usize = counts.values().sum();
-        let good: usize = counts
-            .iter()
-            .filter(|(v, _)| !is_finding(v) && *v != "lost_in_source")
-            .map(|(_, n)| n)
-            .sum();
-        let list: Vec<String> = counts.iter().map(|(v, n)| format!("{n} {v}")).collect();
-        vec![
-            paper,
-            table,
-            all.to_string(),
-            good.to_string(),
-            list.join(", "),
-        ]
+    let rows = lines.iter().map(|(paper, table)| {
+        let of = |wanted: Option<&str>| -> usize {
+            counted
+                .iter()
+                .filter(|(p, t, v, _)| {
+                    p == paper && (table.is_empty() || t == table) && wanted.is_none_or(|w| w == v)
+                })
+                .map(|(_, _, _, n)| n)
+                .sum()
+        };
+        let name = if table.is_empty() {
+            (*paper).to_owned()
+        } else {
+            format!("  {table}")
+        };
+        let each = verdicts.iter().map(|v| match of(Some(v)) {
+            0 => "·".to_owned(),
+            n => n.to_string(),
+        });
+        [name, of(None).to_string()]
+            .into_iter()
+            .chain(each)
+            .collect()
     });
+    let header: Vec<String> = ["paper, table", "cells"]
+        .map(str::to_owned)
+        .into_iter()
+        .chain(verdicts.iter().map(|v| marked(v)))
+        .collect();
     Ok(query::aligned(&header, rows))
+}
+
+fn marked(name: &str) -> String {
+    format!("{} {name}", verdict::mark(name))
+        .trim_start()
+        .to_owned()
+}
+
+/// The width that reasons are wrapped to.
+const WIDTH: usize = 110;
+
+/// A table for reading: verdicts counted, a cell's other readings below it, the reasons as numbered notes.
+fn readable(paper: &str, title: &str, rows: &[&Comparison]) -> String {
+    let counts: Vec<String> = verdict::counts(rows.iter().copied())
+        .iter()
+        .map(|(name, n)| format!("{n} {}", marked(name)))
+        .collect();
+    let mut out = format!("\n{paper}: {title}   {}\n\n", counts.join(", "));
+    let mut notes: Vec<&str> = Vec::new();
+    let mut last = "";
+    let levels = |label: &str| label.replace('|', " · ");
+    let mut lines = Vec::new();
+    for c in rows {
+        let mut line = cells(c).split_off(1);
+        if verdict::is_as_written(c) {
+            line[0] = if last == &*c.row {
+                String::new()
+            } else {
+                levels(&c.row)
+            };
+            line[1] = levels(&c.column);
+            last = &c.row;
+        } else {
+            line[0] = String::new();
+            line[1] = format!("  ↳ {}", c.reading);
+        }
+        line.remove(2);
+        if let Some(shown) = line.last_mut() {
+            *shown = marked(&c.verdict);
+            if is_finding(&c.verdict) && !c.reason.is_empty() {
+                let found = notes.iter().position(|note| *note == &*c.reason);
+                let number = found.unwrap_or_else(|| {
+                    notes.push(&c.reason);
+                    notes.len() - 1
+                });
+                *shown += &format!(" [{}]", number + 1);
+            }
+        }
+        lines.push(line);
+    }
+    let header: Vec<String> = HEADER[1..]
+        .iter()
+        .filter(|name| **name != "reading")
+        .map(|name| (*name).to_owned())
+        .collect();
+    out += &query::aligned(&header, lines.into_iter());
+    for (i, note) in notes.iter().enumerate() {
+        out += &wrapped(&format!("  [{}] ", i + 1), note);
+    }
+    out
+}
+
+/// `text` in lines, the first behind `start`, the others below where it begins.
+fn wrapped(start: &str, text: &str) -> String {
+    let indent = " ".repeat(start.chars().count());
+    let mut out = start.to_owned();
+    let mut length = indent.len();
+    let mut first = true;
+    for word in text.split_whitespace() {
+        let n = word.chars().count();
+        if !first && length + 1 + n > WIDTH {
+            out += &format!("\n{indent}{word}");
+            length = indent.len() + n;
+        } else {
+            if !first {
+                out.push(' ');
+                length += 1;
+            }
+            out += word;
+            length += n;
+        }
+        first = false;
+    }
+    out + "\n"
 }
 
 const HEADER: [&str; 8] = [
@@ -225,15 +326,7 @@ pub fn render(
                         write(&mut csv, &fields);
                     }
                 }
-                Format::Table => {
-                    out += &format!("\n{name}: {title}\n\n");
-                    let header: Vec<String> = HEADER[1..].iter().map(|h| (*h).to_owned()).collect();
-                    out += &query::aligned(&header, rows.iter().map(|c| cells(c).split_off(1)));
-                    for c in rows.iter().filter(|c| is_finding(&c.verdict)) {
-                        out +=
-                            &format!("  {} | {} ({}): {}\n", c.row, c.column, c.reading, c.reason);
-                    }
-                }
+                Format::Table => out += &readable(name, title, &rows),
                 Format::Latex => out += &latex(name, title, &rows),
             }
         }
@@ -295,6 +388,42 @@ fn tex(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn notes_are_wrapped_below_where_they_begin() {
+        assert_eq!(wrapped("  [1] ", "a few words"), "  [1] a few words\n");
+        let long = wrapped("  [1] ", &"word ".repeat(40));
+        assert!(long.lines().all(|l| l.chars().count() <= WIDTH), "{long}");
+        assert!(
+            long.lines().skip(1).all(|l| l.starts_with("      word")),
+            "{long}"
+        );
+        assert_eq!(long.matches("word").count(), 40);
+    }
+
+    #[test]
+    fn a_cell_s_readings_stand_below_it_and_reasons_once() {
+        let cell = |reading: &str, verdict: &str| Comparison {
+            table: "Table I".into(),
+            row: "a|b".into(),
+            column: "c".into(),
+            reading: reading.into(),
+            published: "1.0".into(),
+            reproduced: Some(2.0),
+            interval_lo: None,
+            interval_hi: None,
+            rel_diff: None,
+            verdict: verdict.into(),
+            reason: "twice as much".into(),
+        };
+        let (written, other) = (cell("as-written", "differs"), cell("other", "differs"));
+        let text = readable("p", "Table I", &[&written, &other]);
+        assert!(text.contains("p: Table I   1 ✗ differs\n"), "{text}");
+        assert!(text.contains(" a · b  c "), "{text}");
+        assert!(text.contains("↳ other"), "{text}");
+        assert_eq!(text.matches("✗ differs [1]").count(), 2, "{text}");
+        assert_eq!(text.matches("twice as much").count(), 1, "{text}");
+    }
 
     #[test]
     fn latex_escapes_what_tex_reads() {

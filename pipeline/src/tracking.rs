@@ -96,6 +96,7 @@ fn one(
             spec,
             steps,
             output: &output,
+            volumes: false,
             seed: None,
             admissible: true,
         };

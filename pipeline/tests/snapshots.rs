@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use zonobench::lake::{paper_table_path, table_path};
 use zonobench::rows::{
-    Belief, Comparison, Complexity, Estimate, EstimatorInfo, Metric, Score, Set, Truth,
+    Belief, Claim, Comparison, Complexity, Estimate, EstimatorInfo, Metric, Score, Set, Truth,
 };
 use zonobench::stage::compare::four_digits;
 use zonobench::table::{self, Name};
@@ -73,6 +73,17 @@ fn comparison(lake: &Path, paper: &str) -> String {
             "{} | {reproduced} | {interval} | {}\n",
             c.published, c.verdict
         );
+    }
+    out
+}
+
+fn claims(lake: &Path, paper: &str) -> String {
+    let path = lake.join(paper_table_path("claims", paper));
+    let mut out = "claim | verdict | lost of trials | counterexample | consequence\n".to_owned();
+    for c in table::read::<Claim>(&path).expect("claims") {
+        let (claim, verdict) = (c.claim, c.verdict);
+        out += &format!("{claim} | {verdict} | {} of {} | ", c.lost, c.trials);
+        out += &format!("{} | {}\n", c.counterexample, c.consequence);
     }
     out
 }
@@ -214,6 +225,8 @@ fn the_published_experiments_give_the_accepted_numbers() {
     settings.bind(|| {
         for paper in zonobench::papers::load(&[]).expect("the embedded experiments are valid") {
             insta::assert_snapshot!(paper.name.clone(), comparison(&lake, &paper.name));
+            let text = claims(&lake, &paper.name);
+            insta::assert_snapshot!(format!("{}__claims", paper.name), text);
             if let Some(text) = complexity(&lake, &paper.name) {
                 insta::assert_snapshot!(format!("{}__complexity", paper.name), text);
             }

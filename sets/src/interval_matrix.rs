@@ -8,7 +8,7 @@ use crate::interval_vector::same_dimension;
 use crate::number::{self, Function};
 use crate::{Interval, IntervalVector, Matrix, SetError, ops};
 use std::fmt;
-use std::ops::{Index, IndexMut};
+use std::ops::{Index, IndexMut, Range};
 
 /// A matrix of intervals, stored by rows. Entries may be unbounded where a bound overflowed.
 #[derive(Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -346,6 +346,17 @@ pub fn jacobian_over<F: Function>(
     const OP: &str = "Jacobian over a box";
     same_dimension(OP, f.inputs(), x.dim())?;
     split(number::jacobian(f, x.as_slice()), OP)
+}
+
+/// As [`jacobian_over`], with the derivatives by the inputs of a range alone: an m × range matrix.
+pub fn partial_jacobian_over<F: Function>(
+    f: &F,
+    x: &IntervalVector,
+    inputs: Range<usize>,
+) -> Result<(IntervalVector, IntervalMatrix), SetError> {
+    const OP: &str = "Jacobian over a box";
+    same_dimension(OP, f.inputs(), x.dim())?;
+    split(number::partial_jacobian(f, x.as_slice(), inputs), OP)
 }
 
 /// Contains f(x), the Jacobian and the m matrices of second derivatives for every x in the box.

@@ -44,7 +44,8 @@ pub(super) struct Model {
     pub prior: ConstrainedZonotope,
     /// W.
     pub w: ConstrainedZonotope,
-    v: ConstrainedZonotope,
+    /// V; none where there is no measurement noise.
+    v: Option<ConstrainedZonotope>,
     n_u: usize,
     c: Matrix,
     d_v: Matrix,
@@ -113,7 +114,9 @@ impl Model {
         Ok(Self {
             prior: set_of(kind, "prior", &problem.prior)?,
             w: set_of(kind, "noise.w", &problem.w)?,
-            v: set_of(kind, "noise.v", &problem.v)?,
+            v: (n_v > 0)
+                .then(|| set_of(kind, "noise.v", &problem.v))
+                .transpose()?,
             n_u: u.len(),
             c,
             d_v,
@@ -156,7 +159,10 @@ impl Model {
             .collect();
         let middle: Vec<f64> = known.iter().map(|x| x.mid()).collect();
         let rounding: Vec<f64> = known.iter().map(|x| x.rad()).collect();
-        let target = self.v.affine_map(&select(&self.d_v).scale(-1.0), &middle);
+        let target = match &self.v {
+            Some(v) => v.affine_map(&select(&self.d_v).scale(-1.0), &middle),
+            None => Zonotope::new(middle, Matrix::zeros(rows.len(), 0)).map(Into::into),
+        };
         let target = target.and_then(|t| t.widened_by(&rounding));
         Ok(Some((
             select(&self.c),
@@ -293,6 +299,10 @@ impl Belief for ConstrainedBelief {
             pivots: self.work.pivots as usize,
             ..Size::default()
         }
+    }
+    /// By its vertices, up to three dimensions; rounded to nearest.
+    fn volume(&self) -> Option<f64> {
+        self.set.volume().ok().flatten()
     }
     /// Drawn from c, G, A and b; c is the center of the generators, not of the hull.
     fn shape(&self) -> Shape {

@@ -30,23 +30,23 @@ pub enum Choice {
 }
 
 impl Choice {
-    /// h for `x` with interval hull `hull`. `free` is X̄, `weights` the Θ of C2.
+    /// h for `x` with interval hull `hull`. `free` gives c̄, the center of X̄, `weights` the Θ of C2.
     pub(super) fn point(
         self,
         x: &ConstrainedZonotope,
         hull: &IntervalVector,
-        free: &ConstrainedZonotope,
+        free: impl FnOnce() -> Result<Vec<f64>, SetError>,
         weights: impl FnOnce() -> Result<Vec<f64>, SetError>,
         lp: &mut LinearProgram,
     ) -> Result<Vec<f64>, SetError> {
         match self {
             Self::C1 => nearest(x, &hull.mid(), lp),
-            Self::C2 => closest_point(x, free.c(), Some(&weights()?), lp),
+            Self::C2 => closest_point(x, &free()?, Some(&weights()?), lp),
             Self::C3 => closest_point(x, x.c(), None, lp),
             Self::C4 if has(x, x.c(), lp)? => Ok(x.c().to_vec()),
             Self::C4 => nearest(x, &hull.mid(), lp),
             Self::C4xb if has(x, x.c(), lp)? => Ok(x.c().to_vec()),
-            Self::Xb | Self::C4xb => nearest(x, free.c(), lp),
+            Self::Xb | Self::C4xb => nearest(x, &free()?, lp),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The mean value extension: f linearised with the Jacobian's enclosure.
 
 use super::{Choice, around, distances, product_up, sum_up};
-use zonobench_sets::interval_matrix::jacobian_over;
+use zonobench_sets::interval_matrix::partial_jacobian_over;
 use zonobench_sets::lp::LinearProgram;
 use zonobench_sets::number::Function;
 use zonobench_sets::reduction::scott;
@@ -41,7 +41,7 @@ pub fn mean_value<F: Function>(
             .map(|j| (0..rad.rows()).map(|i| 2.0 * rad[(i, j)]).sum())
             .collect())
     };
-    let h = choice.point(x, hull, &free, weights, lp)?;
+    let h = choice.point(x, hull, || Ok(free.c().to_vec()), weights, lp)?;
     let wide = around(hull, &h);
     let j = if wide == *hull {
         over
@@ -96,8 +96,9 @@ fn state_jacobian<F: Function>(
     over: &IntervalVector,
     hull_w: &IntervalVector,
 ) -> Result<IntervalMatrix, SetError> {
-    let (_, j) = jacobian_over(f, &IntervalVector::stack(&[over, hull_w]))?;
-    Ok(j.select_columns(&(0..over.dim()).collect::<Vec<_>>()))
+    let all = IntervalVector::stack(&[over, hull_w]);
+    let (_, j) = partial_jacobian_over(f, &all, 0..over.dim())?;
+    Ok(j)
 }
 
 /// f(h, c_w), the set mid J_w (W − c_w), the box of what J_w varies, and what is mere rounding of it.
@@ -112,12 +113,10 @@ fn at_point<F: Function>(
 ) -> Result<AtPoint, SetError> {
     let n = h.len();
     let (h, c_w) = (IntervalVector::point(h)?, w.c());
-    let (value, _) = jacobian_over(
-        f,
-        &IntervalVector::stack(&[&h, &IntervalVector::point(c_w)?]),
-    )?;
-    let (_, j) = jacobian_over(f, &IntervalVector::stack(&[&h, &around(hull_w, c_w)]))?;
-    let j = j.select_columns(&(n..n + c_w.len()).collect::<Vec<_>>());
+    let at = IntervalVector::stack(&[&h, &IntervalVector::point(c_w)?]);
+    let (value, _) = partial_jacobian_over(f, &at, 0..0)?;
+    let over = IntervalVector::stack(&[&h, &around(hull_w, c_w)]);
+    let (_, j) = partial_jacobian_over(f, &over, n..n + c_w.len())?;
     let minus: Vec<f64> = c_w.iter().map(|x| -x).collect();
     let image = w.translate(&minus)?.linear_map(&j.mid())?;
     let varies = product_up(&j.rad(), &distances(w.zonotope(), c_w));

@@ -31,7 +31,9 @@ pub enum Expansion {
     /// All products of two constraints tie the products of two coordinates, as printed.
     #[default]
     Full,
-    /// They are dropped, and the second-order part is reduced to 2n generators by Girard's rule at once.
+    /// They are dropped; the terms in p share ξ with the first-order part, which takes no copy of the
+    /// constraints and is tighter; and the rest is reduced to 2n generators by Girard's rule at once.
+    /// Not in the paper.
     Lean,
 }
 
@@ -47,7 +49,8 @@ pub enum Expansion {
 /// * rows r ≤ s of A give Σ_i ½ A_ri A_si ξ̃_ii + Σ_{i<j} (A_ri A_sj + A_rj A_si) ξ̃_ij = b_r b_s − ½ Σ A_ri A_si
 ///   within δ̃_rs = ⌈|b_r| δ_s + |b_s| δ_r + δ_r δ_s + γ_{p+3}(|A_r|1 |A_s|1 + |b_r b_s|)⌉ ([`Expansion`]);
 /// * the terms in p are L (p + 2 G ξ), an interval matrix times a constrained zonotope, enclosed as in
-///   [`mean_value`](super::mean_value); without p they are absent ([`Remainder`]);
+///   [`mean_value`](super::mean_value); without p they are absent ([`Remainder`]). The lean expansion
+///   leaves ξ as it is: f_q(h) − L p + (∇f_q(h) + 2 L)(ζ − h), the radii of the sum times the hull of ζ − h;
 /// * a ζ that is off p + G ξ by s, |s| ≤ r, adds at most (2 |p + G ξ| + r)ᵀ |Q^s| r, which goes into r.
 ///
 /// `C4` and `xb` rewrite X so that h is (nearly always) its center. Holds for any h with
@@ -128,7 +131,7 @@ fn centered<F: Function>(
             Ok((free.intersect(&x)?, h))
         }
         Choice::C1 | Choice::C2 | Choice::C3 => {
-            let free = scott::eliminate_constraints(&x, 0)?;
+            let free = || Ok(scott::eliminate_constraints(&x, 0)?.c().to_vec());
             let weights = || {
                 let (_, j) = jacobian_over(f, &IntervalVector::stack(&[hull, hull_w]))?;
                 let rad = j.rad();
@@ -136,7 +139,7 @@ fn centered<F: Function>(
                     .map(|j| (0..rad.rows()).map(|i| 2.0 * rad[(i, j)]).sum())
                     .collect())
             };
-            let h = choice.point(&x, hull, &free, weights, lp)?;
+            let h = choice.point(&x, hull, free, weights, lp)?;
             Ok((x, h))
         }
     }
@@ -156,6 +159,9 @@ pub fn first_order_about<F: Function>(
     let (value, gradient) = jacobian_over(f, &IntervalVector::point(h)?)?;
     let (_, _, hessians) = hessian_over(f, over)?;
     let halves: Vec<IntervalMatrix> = hessians.iter().map(half).collect();
+    if expansion == Expansion::Lean {
+        return lean(z, over, h, remainder, &value, &gradient, &halves);
+    }
     let minus: Vec<f64> = h.iter().map(|x| -x).collect();
     let first = z
         .translate(&minus)?
@@ -163,11 +169,72 @@ pub fn first_order_about<F: Function>(
     let rounding = product_up(&gradient.rad(), &distances(z.zonotope(), h));
     let rounding = sum_up(&rounding, &by_rounding_box(z, &halves, h));
     let first = first.widened_by(&sum_up(&value.rad(), &rounding))?;
-    let mut sum = first.minkowski_sum(&second_order(z, &halves, expansion)?)?;
+    let mut sum = first.minkowski_sum(&second_order(z, &halves)?)?;
     if z.c() != h {
         sum = sum.minkowski_sum(&off_center(z, &halves, h, remainder)?)?;
     }
     Ok(sum)
+}
+
+/// [`Expansion::Lean`].
+fn lean(
+    z: &ConstrainedZonotope,
+    over: &IntervalVector,
+    h: &[f64],
+    remainder: Remainder,
+    value: &IntervalVector,
+    gradient: &IntervalMatrix,
+    halves: &[IntervalMatrix],
+) -> Result<ConstrainedZonotope, SetError> {
+    let p = off_by(z, h);
+    let l = second_order_weights(&p, halves, remainder);
+    let slope = IntervalMatrix::from_fn(l.rows(), l.cols(), |q, k| {
+        gradient[(q, k)] + l[(q, k)] * 2.0
+    });
+    let start: IntervalVector = (0..l.rows())
+        .map(|q| {
+            let terms = l.row(q).iter().zip(&p);
+            terms.fold(value[q], |sum, (&l, &p)| sum - l * p)
+        })
+        .collect();
+    let minus: Vec<f64> = h.iter().map(|x| -x).collect();
+    let first = z
+        .translate(&minus)?
+        .affine_map(&slope.mid(), &start.mid())?;
+    let first = first.widened_by(&sum_up(&start.rad(), &by_rounding_box(z, halves, h)))?;
+    let far: Vec<f64> = over.iter().zip(h).map(|(o, &h)| (*o - h).mag()).collect();
+    let (center, g, rest) = products(z, halves);
+    let rest = sum_up(&rest, &product_up(&slope.rad(), &far));
+    let second = Zonotope::new(center, Matrix::hcat(&[&g, &Matrix::diagonal(&rest)]))?;
+    first.minkowski_sum(&girard::reduce(&second, 2 * l.rows())?.into())
+}
+
+/// p = c − h, enclosed.
+fn off_by(z: &ConstrainedZonotope, h: &[f64]) -> Vec<Interval> {
+    z.c()
+        .iter()
+        .zip(h)
+        .map(|(&c, &h)| Interval::point(c) - h)
+        .collect()
+}
+
+/// L_q = pᵀ Q_q, Q_q symmetric or as printed.
+fn second_order_weights(
+    p: &[Interval],
+    halves: &[IntervalMatrix],
+    remainder: Remainder,
+) -> IntervalMatrix {
+    let n = p.len();
+    IntervalMatrix::from_fn(halves.len(), n, |q, k| {
+        let q = &halves[q];
+        (0..n).fold(Interval::ZERO, |sum, i| {
+            let entry = match remainder {
+                Remainder::Symmetric => (q[(i, k)] + q[(k, i)]) * 0.5,
+                Remainder::Printed => q[(i, k)],
+            };
+            sum + p[i] * entry
+        })
+    })
 }
 
 /// Q with Q_ii = ½ H_ii, Q_ij = H_ij above the diagonal, 0 below.
@@ -206,9 +273,24 @@ fn by_rounding_box(z: &ConstrainedZonotope, halves: &[IntervalMatrix], h: &[f64]
 fn second_order(
     z: &ConstrainedZonotope,
     halves: &[IntervalMatrix],
-    expansion: Expansion,
 ) -> Result<ConstrainedZonotope, SetError> {
     const OP: &str = "second-order term";
+    let (center, g, rest) = products(z, halves);
+    let (a, b, delta) = constraint_products(z, g.cols());
+    let zonotope = Zonotope::new(center, g)?;
+    let set = ConstrainedZonotope::with_slack(zonotope, a, b, delta)?;
+    if set.dim() != rest.len() {
+        return Err(SetError::Dimension {
+            op: OP,
+            expected: set.dim(),
+            got: rest.len(),
+        });
+    }
+    set.plus_box(&rest)
+}
+
+/// c̃, the columns of ξ̃ and d of ξᵀ Gᵀ Q_q G ξ.
+fn products(z: &ConstrainedZonotope, halves: &[IntervalMatrix]) -> (Vec<f64>, Matrix, Vec<f64>) {
     let (dim, p) = (z.dim(), z.generators());
     let pairs = p + p * (p - p.min(1)) / 2;
     let mut center = vec![0.0; halves.len()];
@@ -246,22 +328,7 @@ fn second_order(
         center[q] = row[..p].iter().sum();
         rest[q] = up(rest[q], dim * dim + 4);
     }
-    if expansion == Expansion::Lean {
-        let n = halves.len();
-        let z = Zonotope::new(center, Matrix::hcat(&[&g, &Matrix::diagonal(&rest)]))?;
-        return Ok(girard::reduce(&z, 2 * n)?.into());
-    }
-    let (a, b, delta) = constraint_products(z, pairs);
-    let zonotope = Zonotope::new(center, g)?;
-    let set = ConstrainedZonotope::with_slack(zonotope, a, b, delta)?;
-    if set.dim() != rest.len() {
-        return Err(SetError::Dimension {
-            op: OP,
-            expected: set.dim(),
-            got: rest.len(),
-        });
-    }
-    set.plus_box(&rest)
+    (center, g, rest)
 }
 
 /// row += (g_i h_i | g_i h_j + g_j h_i, i < j): the coefficients of (g·ξ)(h·ξ) in the products of ξ.
@@ -319,22 +386,7 @@ fn off_center(
     remainder: Remainder,
 ) -> Result<ConstrainedZonotope, SetError> {
     let n = z.dim();
-    let p: Vec<Interval> = z
-        .c()
-        .iter()
-        .zip(h)
-        .map(|(&c, &h)| Interval::point(c) - h)
-        .collect();
-    let l = IntervalMatrix::from_fn(halves.len(), n, |q, k| {
-        let q = &halves[q];
-        (0..n).fold(Interval::ZERO, |sum, i| {
-            let entry = match remainder {
-                Remainder::Symmetric => (q[(i, k)] + q[(k, i)]) * 0.5,
-                Remainder::Printed => q[(i, k)],
-            };
-            sum + p[i] * entry
-        })
-    });
+    let l = second_order_weights(&off_by(z, h), halves, remainder);
     // p + 2 G ξ = 2 (c + G ξ) − (c + h).
     let shift: Vec<f64> = z.c().iter().zip(h).map(|(c, h)| -(c + h)).collect();
     let double = Matrix::identity(n).scale(2.0);

@@ -2,12 +2,16 @@
 
 mod linear;
 mod lpv;
+mod quadrotor;
 mod raimondo;
+mod unicycle;
 mod van_der_pol;
 mod vehicle_se2;
 
 pub use linear::Linear;
 pub use lpv::Lpv;
-pub use raimondo::{QuotientForm, Raimondo};
+pub use quadrotor::Quadrotor;
+pub use raimondo::{Measured, QuotientForm, Raimondo};
+pub use unicycle::Unicycle;
 pub use van_der_pol::VanDerPol;
 pub use vehicle_se2::{Form, VehicleSe2};

@@ -14,6 +14,20 @@ pub struct Raimondo {
     /// How x₁/(4 + x₁) is written, which decides how wide enclosures of the derivatives are.
     #[serde(default)]
     pub form: QuotientForm,
+    /// What is measured.
+    #[serde(default)]
+    pub output: Measured,
+}
+
+/// What is measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Measured {
+    /// y of [Rego2020, Eq. (25)].
+    #[default]
+    Both,
+    /// Nothing: sets are only propagated, and there is neither y nor v.
+    None,
 }
 
 /// How x₁/(4 + x₁) is written.
@@ -25,16 +39,23 @@ pub enum QuotientForm {
     Tight,
     /// x₁/(4 + x₁) as printed: x₁ twice, and wider enclosures.
     Printed,
+    /// x₁x₂ · 1/(4 + x₁): its derivative is x₂/(4 + x₁) − x₁x₂/(4 + x₁)², as symbolic differentiation
+    /// writes it, and [Khajenejad] with it.
+    Expanded,
 }
 
 impl System for Raimondo {
     fn variables(&self) -> Variables {
+        let measured = match self.output {
+            Measured::Both => 2,
+            Measured::None => 0,
+        };
         Variables {
             x: Variable::numbered("x", 2),
             u: Vec::new(),
             w: Variable::numbered("w", 2),
-            y: Variable::numbered("y", 2),
-            v: Variable::numbered("v", 2),
+            y: Variable::numbered("y", measured),
+            v: Variable::numbered("v", measured),
         }
     }
 
@@ -53,12 +74,19 @@ impl System for Raimondo {
                 next[0] = linear - product * 4.0 + w[0];
                 next[1] = product * 3.0 - x[1] * 2.0 + w[1];
             }
+            QuotientForm::Expanded => {
+                let product = x[0] * x[1] * shifted.recip();
+                next[0] = linear - product * 4.0 + w[0];
+                next[1] = product * 3.0 - x[1] * 2.0 + w[1];
+            }
         }
     }
 
     fn h<S: Real>(&self, _k: usize, x: &[S], _u: &[f64], v: &[S], y: &mut [S]) {
-        y[0] = x[0] + v[0];
-        y[1] = x[1] - x[0] + v[1];
+        if self.output == Measured::Both {
+            y[0] = x[0] + v[0];
+            y[1] = x[1] - x[0] + v[1];
+        }
     }
 }
 
@@ -67,13 +95,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn both_forms_are_the_same_function() {
-        let mut next = [[0.0; 2]; 2];
-        for (next, form) in next
-            .iter_mut()
-            .zip([QuotientForm::Tight, QuotientForm::Printed])
-        {
-            Raimondo { form }.f(0, &[0.8, 0.65], &[], &[0.1, -0.2], next);
+    fn all_forms_are_the_same_function() {
+        let mut next = [[0.0; 2]; 3];
+        for (next, form) in next.iter_mut().zip([
+            QuotientForm::Tight,
+            QuotientForm::Printed,
+            QuotientForm::Expanded,
+        ]) {
+            let system = Raimondo {
+                form,
+                ..Raimondo::default()
+            };
+            system.f(0, &[0.8, 0.65], &[], &[0.1, -0.2], next);
         }
         // 2.4 − 0.64/7 − 2.08/4.8 + 0.1 and −1.3 + 1.56/4.8 − 0.2
         let expected = [2.4 - 0.64 / 7.0 - 2.08 / 4.8 + 0.1, -1.3 + 1.56 / 4.8 - 0.2];

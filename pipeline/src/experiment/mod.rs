@@ -84,6 +84,9 @@ pub struct Output {
     pub sets: Vec<usize>,
     /// Whether run 0 is written as a trace.
     pub traces: bool,
+    /// Whether of estimators that report updated beliefs only those are kept and judged: a predicted set
+    /// may be far larger than what is left of it after the reduction.
+    pub updated_only: bool,
 }
 
 /// What `track` needs of a file: estimators and what they are told, no truth.
@@ -559,18 +562,19 @@ fn output(root: &Table, last: usize) -> Result<Output, BadInput> {
     let Some(field) = root.get("output") else {
         return Ok(Output::default());
     };
-    let table = field.table(&["sets", "traces"])?;
+    let table = field.table(&["sets", "traces", "updated_only"])?;
+    let flag = |key: &str| -> Result<bool, BadInput> {
+        let field = table.get(key).map(|field| field.boolean());
+        Ok(field.transpose()?.unwrap_or(false))
+    };
     Ok(Output {
         sets: table
             .get("sets")
             .map(|field| steps(&field, last))
             .transpose()?
             .unwrap_or_default(),
-        traces: table
-            .get("traces")
-            .map(|field| field.boolean())
-            .transpose()?
-            .unwrap_or(false),
+        traces: flag("traces")?,
+        updated_only: flag("updated_only")?,
     })
 }
 

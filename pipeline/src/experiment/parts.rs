@@ -4,11 +4,12 @@ use super::reader::{Field, Table, deserialize};
 use crate::bad_input::{BadInput, listed};
 use crate::recorded;
 use std::path::Path;
+use zonobench_estimation::controller::Controller;
 use zonobench_estimation::signal::{SIGNAL_KEYS, Signal};
 use zonobench_estimation::simulate::{DeltaLaw, Drawn, InitialState, Law, Noise, SimulationError};
 use zonobench_estimation::system::{System, Variable};
 use zonobench_estimation::systems::{
-    Form, Linear, Lpv, QuotientForm, Raimondo, VanDerPol, VehicleSe2,
+    Form, Linear, Lpv, Measured, Quadrotor, QuotientForm, Raimondo, Unicycle, VanDerPol, VehicleSe2,
 };
 use zonobench_estimation::{AnySystem, EstimationError, Inputs, Problem, Truth, Uncertain};
 
@@ -17,8 +18,10 @@ const SYSTEM_KEYS: &[(&str, &[&str])] = &[
     ("linear", &["a", "b", "c", "d"]),
     ("lpv", &["a0", "a", "b", "c"]),
     ("van-der-pol", &["ts"]),
-    ("raimondo", &["form"]),
+    ("raimondo", &["form", "output"]),
     ("vehicle-se2", &["dt", "form"]),
+    ("quadrotor", &["m", "l", "ixx", "iyy", "izz", "g", "dt"]),
+    ("unicycle", &["t0", "phi_omega", "phi_theta", "landmarks"]),
 ];
 
 const SET_KEYS: &[&str] = &["box", "center", "generators", "constraints"];
@@ -70,13 +73,21 @@ pub fn system(field: &Field) -> Result<AnySystem, BadInput> {
         }
         "raimondo" => {
             let form = match table.get("form") {
-                Some(form) => match form.one_of(&["tight", "printed"])? {
+                Some(form) => match form.one_of(&["tight", "printed", "expanded"])? {
                     "tight" => QuotientForm::Tight,
+                    "expanded" => QuotientForm::Expanded,
                     _ => QuotientForm::Printed,
                 },
                 None => QuotientForm::default(),
             };
-            Ok(AnySystem::Raimondo(Raimondo { form }))
+            let output = match table.get("output") {
+                Some(output) => match output.one_of(&["both", "none"])? {
+                    "both" => Measured::Both,
+                    _ => Measured::None,
+                },
+                None => Measured::default(),
+            };
+            Ok(AnySystem::Raimondo(Raimondo { form, output }))
         }
         "vehicle-se2" => {
             let form = match table.get("form") {
@@ -88,6 +99,33 @@ pub fn system(field: &Field) -> Result<AnySystem, BadInput> {
             };
             let dt = table.need("dt", "the sampling period in s")?.number()?;
             VehicleSe2::new(dt, form).map(AnySystem::VehicleSe2)
+        }
+        "quadrotor" => {
+            let number = |key: &str, what: &str| table.need(key, what)?.number();
+            let inertia = [
+                number("ixx", "the moment of inertia about the body's x in kg m²")?,
+                number("iyy", "the moment of inertia about the body's y in kg m²")?,
+                number("izz", "the moment of inertia about the body's z in kg m²")?,
+            ];
+            Quadrotor::new(
+                number("m", "the mass in kg")?,
+                number("l", "the length of an arm in m")?,
+                inertia,
+                number("g", "the gravity in m/s²")?,
+                number("dt", "the sampling period in s")?,
+            )
+            .map(AnySystem::Quadrotor)
+        }
+        "unicycle" => {
+            let number = |key: &str, what: &str| table.need(key, what)?.number();
+            let t0 = number("t0", "the sampling period in s")?;
+            let speed = number("phi_omega", "the speed")?;
+            let turn = number("phi_theta", "the turn rate")?;
+            let landmarks = table
+                .need("landmarks", "the positions [x, y] of the landmarks")?
+                .matrix(None, Some(2))?;
+            let landmarks = (0..landmarks.rows()).map(|i| [landmarks[(i, 0)], landmarks[(i, 1)]]);
+            Unicycle::new(t0, speed, turn, landmarks.collect()).map(AnySystem::Unicycle)
         }
         _ => VanDerPol::new(table.need("ts", "the sampling period in s")?.number()?)
             .map(AnySystem::VanDerPol),
@@ -498,11 +536,18 @@ pub fn inputs(
             Inputs::Data(data(&file, &variables.u, "u", steps + 1, folder)?)
         }
         ["controller"] => {
-            let kind = system.kind();
-            let message = format!(
-                "expected a system with a controller of its own, got {kind}, which has none"
-            );
-            return Err(table.fault("controller", message));
+            let field = table.need("controller", "the name of a controller")?;
+            let names: Vec<&str> = Controller::NAMES.iter().map(|(name, _)| *name).collect();
+            let name = field.one_of(&names)?;
+            let controller = Controller::NAMES.iter().find(|(known, _)| *known == name);
+            let (_, controller) = controller.expect("the name is one of them");
+            if controller.start(system).is_none() {
+                let kind = system.kind();
+                return Err(field.fault(format!(
+                    "expected a system that this controller can drive, got {kind}"
+                )));
+            }
+            Inputs::Controller(*controller)
         }
         _ => {
             return Err(section.fault(format!(
@@ -513,7 +558,7 @@ pub fn inputs(
         }
     };
     inputs
-        .validate(n, steps)
+        .validate(system, steps)
         .map_err(|error| point_at(root, &error))?;
     Ok(inputs)
 }

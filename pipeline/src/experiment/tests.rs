@@ -116,7 +116,8 @@ fn a_complete_file_is_read() {
         e.output,
         Output {
             sets: vec![0, 4, 9],
-            traces: true
+            traces: true,
+            updated_only: false,
         }
     );
     let run = simulate(&e.problem.system, &e.truth, &e.inputs, e.seed, 0, e.steps).unwrap();

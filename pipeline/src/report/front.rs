@@ -2,20 +2,25 @@
 
 use crate::report::about;
 use crate::report::markdown::{anchor, code, escaped, heading, table};
+use crate::report::model::{self, TableFindings};
 use crate::report::page::{interval, label, smoke_run};
 use crate::report::source::Held;
 use crate::report::verdict::{self, is_as_written};
 use crate::rows::Comparison;
 use crate::stage::compare::four_digits;
-use crate::tables::is_finding;
 
 /// The front page.
-pub fn page(papers: &[Held]) -> String {
+pub fn page(papers: &[&Held]) -> String {
     let compared: Vec<&Held> = papers
         .iter()
+        .copied()
         .filter(|p| !p.comparisons.is_empty())
         .collect();
-    let own: Vec<&Held> = papers.iter().filter(|p| p.comparisons.is_empty()).collect();
+    let own: Vec<&Held> = papers
+        .iter()
+        .copied()
+        .filter(|p| p.comparisons.is_empty())
+        .collect();
     let quick = compared.iter().any(|p| p.is_quick());
     let mut out = "# Results\n\n".to_owned();
     if quick {
@@ -69,25 +74,10 @@ fn introduction(papers: &[&Held], quick: bool) -> String {
     if quick {
         return out + ".\n\n";
     }
-    let count = |of: &dyn Fn(&str) -> bool| cells().filter(|c| of(&c.verdict)).count();
-    let parts: Vec<String> = [
-        (count(&verdict::is_reproduced), "are reproduced"),
-        (count(&|v| v == "differs"), "differ"),
-        (
-            count(&|v| v == "does_not_hold"),
-            "are claims that do not hold",
-        ),
-        (count(&|v| v == "not_reproducible"), "could not be decided"),
-        (
-            count(&|v| v == "lost_in_source"),
-            "are lost in the text that we have",
-        ),
-        (count(&|v| v == "error"), "are in error, by a fault of ours"),
-    ]
-    .into_iter()
-    .filter(|(n, _)| *n > 0)
-    .map(|(n, what)| format!("**{n}** {what}"))
-    .collect();
+    let parts: Vec<String> = model::tallies(papers)
+        .into_iter()
+        .map(|(n, what, _)| format!("**{n}** {what}"))
+        .collect();
     out += &format!(". Of these {}. ", parts.join(", "));
     out += "[Every finding](#findings) has its reason and a command that shows it.\n\n";
     let pages: Vec<String> = papers
@@ -174,26 +164,16 @@ fn unbroken(title: &str) -> String {
 }
 
 /// Which papers are not here.
-fn missing(papers: &[Held]) -> String {
-    let known = crate::papers::names();
-    let absent = |of_ours: bool| -> Vec<String> {
-        about::folders()
-            .into_iter()
-            .filter(|folder| {
-                !papers
-                    .iter()
-                    .any(|p| p.name == *folder && !p.comparisons.is_empty())
-            })
-            .filter(|folder| known.contains(folder) == of_ours)
-            .map(|folder| {
-                let work =
-                    about::reference(folder).expect("the folder was read from this reference");
-                format!("- {}: {}", escaped(folder), escaped(&work.title))
-            })
-            .collect()
+fn missing(papers: &[&Held]) -> String {
+    let list = |folders: Vec<&str>| -> Vec<String> {
+        let of = |folder| {
+            let work = about::reference(folder).expect("the folder was read from this reference");
+            format!("- {}: {}", escaped(folder), escaped(&work.title))
+        };
+        folders.into_iter().map(of).collect()
     };
     let mut out = String::new();
-    let (not_run, not_there) = (absent(true), absent(false));
+    let [not_run, not_there] = model::absent(papers).map(list);
     if !not_run.is_empty() {
         out += &format!(
             "Not in this lake, `zonobench reproduce-all` makes them:\n\n{}\n\n",
@@ -216,30 +196,20 @@ fn findings(papers: &[&Held]) -> String {
             the command that shows it.\n\n";
     for paper in papers {
         out += &format!("### {}\n\n", escaped(&paper.name));
-        let found: Vec<&Comparison> = paper
-            .comparisons
-            .iter()
-            .filter(|c| is_as_written(c) && is_finding(&c.verdict))
-            .collect();
+        let found = model::findings(paper);
         if found.is_empty() {
             out += "None.\n\n";
         }
-        for title in paper.tables() {
-            let cells: Vec<&Comparison> = found
-                .iter()
-                .copied()
-                .filter(|c| &*c.table == title)
-                .collect();
-            if !cells.is_empty() {
-                out += &of_table(paper, title, &cells);
-            }
+        for table in &found {
+            out += &of_table(paper, table);
         }
         out += &turned(paper);
     }
     out
 }
 
-fn of_table(paper: &Held, title: &str, cells: &[&Comparison]) -> String {
+fn of_table(paper: &Held, table: &TableFindings) -> String {
+    let title = table.title;
     let mut out = format!(
         "**[{}]({}/README.md#{})** {}\n\n",
         escaped(title),
@@ -247,11 +217,8 @@ fn of_table(paper: &Held, title: &str, cells: &[&Comparison]) -> String {
         anchor(title),
         code(&format!("zonobench tables {} {title:?}", paper.name))
     );
-    // Cells that were not decided, for one reason, are one finding.
-    let (undecided, decided): (Vec<&Comparison>, Vec<&Comparison>) = cells
-        .iter()
-        .partition(|c| &*c.verdict == "not_reproducible");
-    for c in decided {
+    for finding in &table.decided {
+        let c = finding.cell;
         out += &format!("- {}", claim(c));
         if let Some(ours) = c.reproduced {
             out += &format!("; measured {}", four_digits(ours));
@@ -261,16 +228,13 @@ fn of_table(paper: &Held, title: &str, cells: &[&Comparison]) -> String {
             }
         }
         out += &format!(": {}. {}", verdict::shown(&c.verdict), escaped(&c.reason));
-        if let Some((asked, words)) = asked_for(paper, c) {
+        if let Some((asked, words)) = finding.asked {
             out += &format!("  \n  Asked for {}: {}", code(asked), escaped(words));
         }
         out.push('\n');
     }
-    let mut reasons: Vec<&str> = undecided.iter().map(|c| &*c.reason).collect();
-    reasons.dedup();
-    for reason in reasons {
-        let same = undecided.iter().filter(|c| &*c.reason == reason);
-        let claims: Vec<String> = same.map(|c| format!("  - {}\n", claim(c))).collect();
+    for (reason, same) in &table.undecided {
+        let claims: Vec<String> = same.iter().map(|c| format!("  - {}\n", claim(c))).collect();
         out += &format!(
             "- {}: {}\n{}",
             verdict::shown("not_reproducible"),
@@ -294,31 +258,10 @@ fn claim(c: &Comparison) -> String {
     )
 }
 
-/// What must be measured for a claim to hold, and the words that say so.
-fn asked_for<'a>(paper: &'a Held, c: &Comparison) -> Option<(&'a str, &'a str)> {
-    let published = &paper.paper.as_ref()?.published;
-    let cell = published
-        .iter()
-        .find(|p| *p.table == *c.table && *p.row == *c.row && *p.column == *c.column)?;
-    (cell.kind == "claim" && !cell.tolerance.is_empty()).then_some((&cell.tolerance, &cell.reason))
-}
-
 /// Claims that come out as written and turn under another reading.
 fn turned(paper: &Held) -> String {
-    let same = |a: &Comparison, b: &Comparison| {
-        a.table == b.table && a.row == b.row && a.column == b.column
-    };
-    let lines: Vec<String> = paper
-        .comparisons
-        .iter()
-        .filter(|c| !is_as_written(c) && matches!(&*c.verdict, "differs" | "does_not_hold"))
-        .filter(|c| {
-            let mut written = paper
-                .comparisons
-                .iter()
-                .filter(|w| is_as_written(w) && same(w, c));
-            written.any(|w| verdict::is_reproduced(&w.verdict))
-        })
+    let lines: Vec<String> = model::turned(paper)
+        .into_iter()
         .map(|c| {
             format!(
                 "- {} ({}): holds as written, and {} *{}*: {}. {}\n",

@@ -1,37 +1,49 @@
-//! The reports: Markdown and SVG, rendered from what the lake holds.
+//! The reports, rendered from what the lake holds: Markdown with SVG, and one HTML file.
 //!
 //! A front page (`README.md`: the verdicts of all tables, the findings, the legend) and a page a paper
 //! with its tables and figures. What is particular to a paper, what it says and what its figures show,
 //! is a file of `about`; a new paper adds a file and a line there. An experiment of a user's own has a
 //! page with its scores.
 //!
-//! The same lake gives the same bytes: no time, host or path of this machine is on a page. Measured times
+//! `model` is what there is to say, `front` and `page` write it as Markdown, `html` as a page for a browser.
+//!
+//! The same lake gives the same Markdown: no time, host or path of this machine is on a page. Measured times
 //! come from the recorded `timings.csv` beside the pages alone, never from the lake.
 
 mod about;
 mod complexity;
 mod front;
+mod html;
 mod markdown;
+mod model;
 mod page;
 mod source;
 mod timings;
-mod verdict;
+pub(crate) mod verdict;
 
 #[cfg(test)]
 mod tests;
 
 use crate::error::Error;
-use source::Source;
+use about::Figure;
+use source::{Held, Source};
 use std::collections::BTreeMap;
 use std::path::Path;
 use timings::RecordedTime;
+
+/// Where the HTML page lies below the folder of the reports.
+pub const HTML: &str = "html/index.html";
 
 /// Writes the reports of everything that `lake` holds into `out`; returns the number of files.
 ///
 /// Recorded times are read from `out/timings.csv` where it exists. Files that are already as they should
 /// be are left alone, and so is everything else in `out`.
 pub fn write(lake: &Path, out: &Path) -> Result<usize, Error> {
-    let pages = render(lake, &timings::read(&out.join("timings.csv"))?)?;
+    let source = Source::open(lake)?;
+    let papers = drawn(&source)?;
+    let mut pages = render(&source, &papers, &timings::read(&out.join("timings.csv"))?)?;
+    let (own, page) = (HTML.to_owned(), html::render(lake, &source, &papers)?);
+    pages.insert(own, page);
     for (name, text) in &pages {
         let path = out.join(name);
         if std::fs::read(&path).is_ok_and(|old| old == text.as_bytes()) {
@@ -44,14 +56,29 @@ pub fn write(lake: &Path, out: &Path) -> Result<usize, Error> {
     Ok(pages.len())
 }
 
-/// Every file of the reports by its path, with `/`, below their folder.
-fn render(lake: &Path, times: &[RecordedTime]) -> Result<BTreeMap<String, String>, Error> {
-    let source = Source::open(lake)?;
-    let papers = source.papers()?;
-    let mut pages = BTreeMap::from([("README.md".to_owned(), front::page(&papers))]);
-    for paper in &papers {
-        for (name, text) in page::of(&source, paper, times)? {
-            pages.insert(format!("{}/{name}", paper.name), text);
+/// What the lake holds of each paper, and its figures.
+fn drawn(source: &Source) -> Result<Vec<(Held, Vec<Figure>)>, Error> {
+    let of = |held: Held| {
+        let figures = match about::find(&held.name) {
+            Some(about) => about.figures(source, held.paper.as_ref())?,
+            None => Vec::new(),
+        };
+        Ok((held, figures))
+    };
+    source.papers()?.into_iter().map(of).collect()
+}
+
+/// Every file of the Markdown reports by its path, with `/`, below their folder.
+fn render(
+    source: &Source,
+    papers: &[(Held, Vec<Figure>)],
+    times: &[RecordedTime],
+) -> Result<BTreeMap<String, String>, Error> {
+    let held: Vec<&Held> = papers.iter().map(|(held, _)| held).collect();
+    let mut pages = BTreeMap::from([("README.md".to_owned(), front::page(&held))]);
+    for (held, figures) in papers {
+        for (name, text) in page::of(source, held, figures, times)? {
+            pages.insert(format!("{}/{name}", held.name), text);
         }
     }
     Ok(pages)

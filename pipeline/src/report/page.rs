@@ -8,10 +8,11 @@ use crate::published::Cell;
 use crate::report::about::{self, Drawing, Figure};
 use crate::report::complexity;
 use crate::report::markdown::{anchor, code, details, escaped, heading, table};
+use crate::report::model::{self, unit};
 use crate::report::source::{Held, Source};
 use crate::report::timings::{self, RecordedTime};
 use crate::report::verdict;
-use crate::rows::{Comparison, Published, Score};
+use crate::rows::{Claim, Comparison, Published, Score};
 use crate::stage::compare::four_digits;
 use std::collections::BTreeSet;
 
@@ -19,18 +20,15 @@ use std::collections::BTreeSet;
 pub fn of(
     source: &Source,
     held: &Held,
+    figures: &[Figure],
     times: &[RecordedTime],
 ) -> Result<Vec<(String, String)>, Error> {
     let about = about::find(&held.name);
-    let figures = match about {
-        Some(about) => about.figures(source, held.paper.as_ref())?,
-        None => Vec::new(),
-    };
     let mut page = title(held);
     if held.is_quick() {
         page += &smoke_run();
     }
-    page += &contents(held, &figures);
+    page += &contents(held, figures);
     if let Some(about) = about {
         page += &heading(2, "What the paper says", "What the paper says");
         page += &format!("{}\n\n", about.says);
@@ -39,9 +37,10 @@ pub fn of(
         page += &tables(held);
         page += &times_of(held, times);
     }
+    page += &claims(held);
     if !figures.is_empty() {
         page += &heading(2, "Figures", "Figures");
-        for figure in &figures {
+        for figure in figures {
             page += &figure_section(figure);
         }
         let not_drawn = about.map_or("", |about| about.not_drawn);
@@ -52,9 +51,9 @@ pub fn of(
     let (counts, pictures) = complexity::section(&held.name, &source.complexity(&held.name)?);
     page += &counts;
     page += &experiments(source, held)?;
-    let drawn = figures.into_iter().filter_map(|figure| {
-        let name = file_name(&figure);
-        figure.drawing.ok().map(|drawing| (name, drawing.svg))
+    let drawn = figures.iter().filter_map(|figure| {
+        let drawing = figure.drawing.as_ref().ok()?;
+        Some((file_name(figure), drawing.svg.clone()))
     });
     let mut files: Vec<(String, String)> = drawn.chain(pictures).collect();
     files.push(("README.md".to_owned(), page.trim_end().to_owned() + "\n"));
@@ -82,12 +81,55 @@ fn title(held: &Held) -> String {
     }
 }
 
+const CLAIMS: &str = "Theorems, propositions, remarks";
+
+/// The numbered claims that do not hold as printed, and how many do.
+fn claims(held: &Held) -> String {
+    if held.claims.is_empty() {
+        return String::new();
+    }
+    let (holding, failing): (Vec<&Claim>, Vec<&Claim>) =
+        held.claims.iter().partition(|c| &*c.verdict == "holds");
+    let mut out = heading(2, CLAIMS, CLAIMS);
+    let names: Vec<String> = holding.iter().map(|c| escaped(&c.claim)).collect();
+    out += &format!(
+        "The numbered claims, tried in exact rational arithmetic (`zonobench claims {}`). {} of {} hold in every trial: {}.\n\n",
+        held.name,
+        holding.len(),
+        held.claims.len(),
+        names.join(", ")
+    );
+    for c in failing {
+        out += &format!(
+            "- **{}**, {} ({} of {} trials lost): \"{}\".",
+            escaped(&c.claim),
+            verdict::shown(&c.verdict),
+            c.lost,
+            c.trials,
+            escaped(&c.statement)
+        );
+        for (label, part) in [
+            ("Counterexample", &c.counterexample),
+            ("Consequence", &c.consequence),
+        ] {
+            if !part.is_empty() {
+                out += &format!(" {label}: {}.", escaped(part));
+            }
+        }
+        out.push('\n');
+    }
+    out + "\n"
+}
+
 fn contents(held: &Held, figures: &[Figure]) -> String {
     let link = |name: &str| format!("[{}](#{})", escaped(name), anchor(name));
     let mut parts = Vec::new();
     let tables: Vec<String> = held.tables().iter().map(|t| link(t)).collect();
     if !tables.is_empty() {
         parts.push(format!("Tables and claims: {}", tables.join(" · ")));
+    }
+    if !held.claims.is_empty() {
+        parts.push(link(CLAIMS));
     }
     let figures: Vec<String> = figures
         .iter()
@@ -138,7 +180,7 @@ fn tables(held: &Held) -> String {
             counted.join(", "),
             code(&format!("zonobench tables {} {name:?}", held.name))
         );
-        let exact = exact_rows(&cells);
+        let exact = model::exact_rows(&cells);
         let (parameters, others): (Vec<&Comparison>, Vec<&Comparison>) =
             cells.into_iter().partition(|c| exact.contains(&*c.row));
         if let Some(grid) = grid(held, name, &others) {
@@ -172,17 +214,6 @@ fn tables(held: &Held) -> String {
     out
 }
 
-/// The rows of a table all of whose cells are exact, as written: parameters, which need no attention.
-fn exact_rows(cells: &[&Comparison]) -> BTreeSet<String> {
-    let mut rows: BTreeSet<String> = cells.iter().map(|c| c.row.to_string()).collect();
-    for c in cells {
-        if &*c.verdict != "exact" || !verdict::is_as_written(c) {
-            rows.remove(&*c.row);
-        }
-    }
-    rows
-}
-
 fn ours(c: &Comparison) -> String {
     c.reproduced.map(four_digits).unwrap_or_default()
 }
@@ -195,67 +226,38 @@ pub fn interval(c: &Comparison) -> String {
     }
 }
 
-/// A table of numbers in the paper's own layout, the paper as written and every reading that there is of most
-/// of its cells; None for what is no such table.
+/// A table of numbers in the paper's own layout; None for what is no such table.
 fn grid(held: &Held, name: &str, cells: &[&Comparison]) -> Option<String> {
-    let labels = |of: fn(&Comparison) -> &str| {
-        let mut labels: Vec<&str> = Vec::new();
-        for label in cells.iter().map(|c| of(c)) {
-            if !labels.contains(&label) {
-                labels.push(label);
-            }
-        }
-        labels
-    };
-    let (rows, columns) = (labels(|c| &c.row), labels(|c| &c.column));
-    let numbers = cells
-        .iter()
-        .filter(|c| verdict::is_as_written(c) && c.reproduced.is_some())
-        .count();
-    let whole = rows.len() * columns.len();
-    if !name.starts_with("Table") || rows.len() < 2 || columns.len() < 2 || 2 * numbers <= whole {
-        return None;
-    }
-    let mut lines = Vec::new();
-    for row in rows {
-        for reading in labels(|c| &c.reading) {
-            let of = |c: &&&Comparison| &*c.reading == reading;
-            if 2 * cells.iter().filter(of).count() <= whole {
-                continue;
-            }
-            let written = reading == "as-written";
-            let first = if written {
-                label(row)
-            } else {
-                format!("↳ *{}*", escaped(reading))
-            };
-            let values = columns.iter().map(|column| {
-                let cell = cells
-                    .iter()
-                    .filter(of)
-                    .find(|c| &*c.row == row && &*c.column == *column);
-                cell.map_or_else(String::new, |c| {
-                    let printed = if c.published.is_empty() {
-                        "lost"
-                    } else {
-                        &c.published
-                    };
-                    let mark = verdict::mark(&c.verdict);
-                    match c.reproduced {
-                        Some(ours) => {
-                            let ours = with_unit(&four_digits(ours), unit(held, c));
-                            format!("{} → {ours}\u{a0}{mark}", escaped(printed))
-                        }
-                        None => format!("{}\u{a0}{mark}", escaped(printed)),
+    let grid = model::grid(name, cells)?;
+    let lines = grid.rows.iter().map(|line| {
+        let first = if line.reading == "as-written" {
+            label(line.row)
+        } else {
+            format!("↳ *{}*", escaped(line.reading))
+        };
+        let values = line.cells.iter().map(|cell| {
+            cell.map_or_else(String::new, |c| {
+                let printed = if c.published.is_empty() {
+                    "lost"
+                } else {
+                    &c.published
+                };
+                let mark = verdict::mark(&c.verdict);
+                match c.reproduced {
+                    Some(ours) => {
+                        let ours = with_unit(&four_digits(ours), unit(held, c));
+                        format!("{} → {ours}\u{a0}{mark}", escaped(printed))
                     }
-                })
-            });
-            lines.push([first].into_iter().chain(values).collect());
-        }
-    }
+                    None => format!("{}\u{a0}{mark}", escaped(printed)),
+                }
+            })
+        });
+        [first].into_iter().chain(values).collect()
+    });
+    let lines: Vec<Vec<String>> = lines.collect();
     let header: Vec<String> = [String::new()]
         .into_iter()
-        .chain(columns.iter().map(|c| label(c)))
+        .chain(grid.columns.iter().map(|c| label(c)))
         .collect();
     Some(table(
         &header.iter().map(String::as_str).collect::<Vec<_>>(),
@@ -294,15 +296,6 @@ fn full(held: &Held, cells: &[&Comparison]) -> String {
         header.retain(|name| *name != "interval");
     }
     table(&header, &rows)
-}
-
-/// The unit of a printed number; empty for a bare number.
-fn unit<'a>(held: &'a Held, c: &Comparison) -> &'a str {
-    let found = held
-        .published
-        .iter()
-        .find(|p| p.table == c.table && p.row == c.row && p.column == c.column);
-    found.map_or("", |p| if &*p.unit == "1" { "" } else { &p.unit })
 }
 
 fn with_unit(number: &str, unit: &str) -> String {

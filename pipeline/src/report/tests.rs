@@ -41,8 +41,8 @@ fn published(wanted: &[&str], scale: Scale, figures: bool) -> TempDir {
         for f in &finished {
             files.extend(engine::publications(f).unwrap());
         }
-        let comparison = engine::compare(&store, &paper, &finished, scale).unwrap();
-        files.extend(engine::paper_publications(&paper, &comparison).unwrap());
+        let compared = engine::compare(&store, &paper, &finished, scale).unwrap();
+        files.extend(engine::paper_publications(&paper, &compared).unwrap());
     }
     lake::publish(folder.path(), files, |_, _| true).unwrap();
     folder
@@ -88,8 +88,13 @@ fn own(text: &str) -> TempDir {
     folder
 }
 
+fn with_times(lake: &TempDir, times: &[RecordedTime]) -> BTreeMap<String, String> {
+    let source = Source::open(lake.path()).unwrap();
+    render(&source, &drawn(&source).unwrap(), times).unwrap()
+}
+
 fn pages(lake: &TempDir) -> BTreeMap<String, String> {
-    render(lake.path(), &[]).unwrap()
+    with_times(lake, &[])
 }
 
 /// The targets of a page's links, images among them.
@@ -329,7 +334,7 @@ fn times_are_those_recorded_and_no_others() {
         time("ezgkf", 250.0),
         time("ezgkf-m", 50.0),
     ];
-    let with = &render(LAKE.path(), &times).unwrap()["ezgkf/README.md"];
+    let with = &with_times(&LAKE, &times)["ezgkf/README.md"];
     assert!(
         with.contains("| Table III, T^CPU, EZGKF | 1.6 ms | 250 µs |"),
         "{with}"
@@ -341,15 +346,95 @@ fn times_are_those_recorded_and_no_others() {
     assert!(with.contains(", on Model 7."));
 }
 
+fn html(lake: &TempDir) -> String {
+    let source = Source::open(lake.path()).unwrap();
+    html::render(lake.path(), &source, &drawn(&source).unwrap()).unwrap()
+}
+
+/// What stands between `start` and `end`, each time.
+fn between<'a>(text: &'a str, start: &str, end: &str) -> Vec<&'a str> {
+    let rest = text.split(start).skip(1);
+    rest.filter_map(|r| r.split_once(end))
+        .map(|(inside, _)| inside)
+        .collect()
+}
+
+#[test]
+fn the_html_page_is_whole_and_needs_no_other_file() {
+    let page = html(&LAKE);
+    assert!(page.len() < 5_000_000, "{} bytes", page.len());
+    let places = between(&page, " id=\"", "\"");
+    for target in between(&page, "href=\"#", "\"") {
+        let found = places.iter().filter(|place| **place == target).count();
+        assert_eq!(found, 1, "{target} is a place once");
+    }
+    for loading in [
+        "src=\"",
+        "<link rel=\"style",
+        "@import",
+        "url(",
+        "<script src",
+    ] {
+        assert!(!page.contains(loading), "{loading}");
+    }
+    // The pictures are those of the Markdown pages.
+    for (name, svg) in pages(&LAKE)
+        .iter()
+        .filter(|(name, _)| name.ends_with(".svg"))
+    {
+        assert!(page.contains(svg.as_str()), "{name}");
+    }
+    let here = LAKE.path().to_str().unwrap();
+    assert!(!page.contains(here));
+    // This lake has no times, and none of the sweeps.
+    assert!(page.contains("Missing: this lake holds no times."));
+    assert!(page.contains("The table <code>complexity</code>: not in this lake"));
+}
+
+#[test]
+fn every_cell_of_the_lake_stands_on_the_html_page() {
+    let page = html(&LAKE);
+    for paper in ["box", "ezgkf"] {
+        let section = between(&page, &format!("id=\"paper-{paper}\""), "</section>")[0];
+        let findings = between(&page, "id=\"findings\"", "</section>")[0];
+        for c in tables::comparisons(LAKE.path(), paper).unwrap() {
+            let row = html::markup::label(&c.row);
+            let verdict = format!("</span> {}</span>", c.verdict.replace('_', " "));
+            let found = section.lines().any(|line| {
+                line.contains(&row)
+                    && line.contains(&verdict)
+                    && c.reproduced
+                        .is_none_or(|x| line.contains(&format!("data-exact=\"{x}\"")))
+            });
+            assert!(found, "{paper}: {c:?}");
+            if is_as_written(&c) && tables::is_finding(&c.verdict) {
+                assert!(
+                    findings.contains(&format!("<b>{row}</b>")),
+                    "{row} is no finding"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn an_html_page_of_other_lakes_says_what_it_has() {
+    let page = html(&own(OWN));
+    assert!(page.contains("This lake holds no published paper"));
+    assert!(page.contains("<th scope=\"row\">bx</th><td>rmse</td><td>x1</td>"));
+    let page = html(&published(&["ezgkf"], Scale::Quick, false));
+    assert!(page.contains("A smoke run") && page.contains("Not drawn: it shows k = 120 to 180"));
+}
+
 #[test]
 fn pages_are_written_once_and_other_files_left_alone() {
     let lake = own(OWN);
     let out = tempfile::tempdir().unwrap();
     std::fs::write(out.path().join("notes.md"), "mine").unwrap();
-    assert_eq!(write(lake.path(), out.path()).unwrap(), 2);
+    assert_eq!(write(lake.path(), out.path()).unwrap(), 3);
     let page = out.path().join("mine/README.md");
     let before = std::fs::metadata(&page).unwrap().modified().unwrap();
-    assert_eq!(write(lake.path(), out.path()).unwrap(), 2);
+    assert_eq!(write(lake.path(), out.path()).unwrap(), 3);
     assert_eq!(
         std::fs::metadata(&page).unwrap().modified().unwrap(),
         before

@@ -32,6 +32,7 @@ pub enum Scale {
 pub fn input(
     paper: &Paper,
     metrics: &BTreeMap<&str, &str>,
+    claims: &str,
     complexity: Option<&str>,
     scale: Scale,
 ) -> Value {
@@ -41,17 +42,25 @@ pub fn input(
         "cells": paper.cells,
         "experiments": texts,
         "metrics": metrics,
+        "claims": claims,
         "complexity": complexity,
         "quick": scale == Scale::Quick,
     })
 }
 
-/// Writes `published.parquet` and `comparison.parquet`; `metrics` has the metrics file of every experiment,
-/// `complexity` the counts of the paper's claims about cost.
+/// What was found of a paper's claims apart from its experiments.
+pub struct Ledgers {
+    /// Its numbered claims.
+    pub claims: Vec<rows::Claim>,
+    /// Its claims about cost.
+    pub complexity: Vec<Complexity>,
+}
+
+/// Writes `published.parquet` and `comparison.parquet`; `metrics` has the metrics file of every experiment.
 pub fn make(
     paper: &Paper,
     metrics: &BTreeMap<&str, PathBuf>,
-    complexity: Option<&Path>,
+    ledgers: Ledgers,
     scale: Scale,
     dir: &Path,
 ) -> Result<(), Error> {
@@ -62,14 +71,10 @@ pub fn make(
             by_subject(table::read::<Metric>(path)?),
         );
     }
-    let complexity = match complexity {
-        Some(path) => table::read::<Complexity>(path)?,
-        None => Vec::new(),
-    };
     let results = Results {
         paper,
         scores,
-        complexity,
+        ledgers,
     };
     let published = paper.published.iter().map(|p| rows::Published {
         table: p.table.as_str().into(),
@@ -143,27 +148,32 @@ struct Number {
 struct Results<'a> {
     paper: &'a Paper,
     scores: BTreeMap<String, Vec<(Subject, Vec<f64>)>>,
-    complexity: Vec<Complexity>,
+    ledgers: Ledgers,
 }
 
 impl Results<'_> {
+    /// The values over runs; of several experiments joined by `+` their mean, run by run.
     fn values(
         &self,
-        experiment: &str,
+        experiments: &str,
         estimator: &str,
         metric: &str,
         component: &str,
-    ) -> Option<&[f64]> {
-        let found = self
-            .scores
-            .get(experiment)?
-            .iter()
-            .find(|((e, m, c, _), _)| {
+    ) -> Option<Vec<f64>> {
+        let of = |experiment: &str| {
+            let all = self.scores.get(experiment.trim())?;
+            let is = |((e, m, c, _), _): &&(Subject, Vec<f64>)| {
                 &**e == estimator && &**m == metric && c.as_deref().unwrap_or("") == component
-            });
-        found
-            .map(|(_, values)| values.as_slice())
-            .filter(|values| !values.is_empty())
+            };
+            all.iter().find(is).map(|(_, values)| values)
+        };
+        let all: Vec<&Vec<f64>> = experiments.split('+').map(of).collect::<Option<_>>()?;
+        let runs = all.first()?.len();
+        if runs == 0 || all.iter().any(|values| values.len() != runs) {
+            return None;
+        }
+        let mean = |run| all.iter().map(|values| values[run]).sum::<f64>() / all.len() as f64;
+        Some((0..runs).map(mean).collect())
     }
 
     fn number(&self, p: &Published, cell: &Cell) -> Option<Number> {
@@ -187,11 +197,11 @@ impl Results<'_> {
             .and_then(|m| m.split_once('('))
         else {
             let values = of(&cell.estimator, &cell.metric)?;
-            let (value, sd) = mean_sd(values)?;
+            let (value, sd) = mean_sd(&values)?;
             let sd = (values.len() > 1).then_some(sd);
             return Some(Number {
                 value,
-                offsets: prediction_offsets(values, runs),
+                offsets: prediction_offsets(&values, runs),
                 n: values.len(),
                 sd,
             });
@@ -223,7 +233,7 @@ impl Results<'_> {
             }
             _ => return None,
         };
-        let value = statistic(mean(a), mean(b));
+        let value = statistic(mean(&a), mean(&b));
         let offsets = paired_offsets(&pairs, runs, &statistic);
         Some(Number {
             value,
@@ -233,18 +243,35 @@ impl Results<'_> {
         })
     }
 
+    /// The verdict of the ledger on the claim that a cell names.
+    fn claim(&self, p: &Published, cell: &Cell) -> Comparison {
+        let Some(claim) = self
+            .ledgers
+            .claims
+            .iter()
+            .find(|c| *c.claim == cell.component)
+        else {
+            let reason = format!("no claim {:?} in the ledger", cell.component);
+            return row(p, &cell.reading, "error", reason);
+        };
+        let mut reason = format!(
+            "{} of {} exact trials of the claim lost",
+            claim.lost, claim.trials
+        );
+        for part in [&claim.counterexample, &claim.consequence] {
+            if !part.is_empty() {
+                reason += &format!("; {part}");
+            }
+        }
+        row(p, &cell.reading, &claim.verdict, reason)
+    }
+
     fn compare(&self, p: &Published, cell: &Cell) -> Comparison {
         if cell.metric == "complexity" {
             return self.counted(p, cell);
         }
         if cell.metric == "claims" {
-            return row(
-                p,
-                &cell.reading,
-                "not_reproducible",
-                "a theorem, not a number of a run: this version has no stage that could decide it"
-                    .to_owned(),
-            );
+            return self.claim(p, cell);
         }
         if cell.metric == "timing" {
             return row(p, &cell.reading, "lost_in_source", cell.finding.clone());
@@ -305,6 +332,7 @@ impl Results<'_> {
     /// The verdict of the claim about cost that `cell` names.
     fn counted(&self, p: &Published, cell: &Cell) -> Comparison {
         let claim = self
+            .ledgers
             .complexity
             .iter()
             .find(|r| r.sweep_variable.is_none() && &*r.claim == cell.component);
@@ -363,7 +391,7 @@ impl Results<'_> {
         let (experiment, estimator, metric) = (parts.next()?, parts.next()?, parts.next()?);
         let experiment = if experiment == "." { here } else { experiment };
         let values = self.values(experiment, estimator, metric, parts.next().unwrap_or(""))?;
-        mean_sd(values).map(|(mean, _)| mean)
+        mean_sd(&values).map(|(mean, _)| mean)
     }
 }
 
@@ -465,8 +493,12 @@ pub fn timings(
     times: &BTreeMap<(String, String), Vec<f64>>,
 ) -> Vec<TimingComparison> {
     let ours = |cell: &Cell, estimator: &str| {
-        let values = times.get(&(cell.experiment.clone(), estimator.to_owned()))?;
-        mean_sd(values).map(|(mean, _)| mean / 1e6)
+        let of = |experiment: &str| {
+            let values = times.get(&(experiment.trim().to_owned(), estimator.to_owned()))?;
+            mean_sd(values).map(|(mean, _)| mean / 1e6)
+        };
+        let means: Vec<f64> = cell.experiment.split('+').map(of).collect::<Option<_>>()?;
+        Some(means.iter().sum::<f64>() / means.len() as f64)
     };
     let measured: Vec<(&Published, &Cell, Option<f64>)> = paper
         .published

@@ -4,7 +4,7 @@
 //! every finished belief and says whether it holds the truth.
 
 use crate::error::Error;
-use crate::experiment::{EstimatorSpec, Output};
+use crate::experiment::{EstimatorSpec, MetricSpec, Output};
 use crate::rows::{self, Belief, Estimate, EstimatorInfo, Extra, Set, Timing};
 use crate::stage::{Experiment, Recordings, metadata};
 use crate::store::canonical;
@@ -35,8 +35,16 @@ pub fn input(experiment: &Experiment, index: usize, data: &str) -> Value {
         "runs": experiment.runs,
         "sets": experiment.output.sets,
         "traces": experiment.output.traces,
+        "updated_only": experiment.output.updated_only,
+        "volumes": volumes(experiment),
         "data": data,
     })
+}
+
+/// Whether some metric needs the volumes of sets.
+fn volumes(experiment: &Experiment) -> bool {
+    let needed = |m: &MetricSpec| matches!(m.name, "area" | "volume");
+    experiment.metrics.iter().any(needed)
 }
 
 /// One estimator and what it is run on.
@@ -49,6 +57,8 @@ pub struct Job<'a> {
     pub steps: usize,
     /// What is kept besides the estimates.
     pub output: &'a Output,
+    /// Whether volumes are computed also where that takes more than the step itself.
+    pub volumes: bool,
     /// The seed of the simulated data.
     pub seed: Option<u64>,
     /// Whether the data keep to what the estimator assumes; true where nothing is known of them.
@@ -63,6 +73,7 @@ impl Job<'_> {
             spec: &experiment.estimators[index],
             steps: experiment.steps,
             output: &experiment.output,
+            volumes: volumes(experiment),
             seed: Some(experiment.seed),
             admissible: experiment
                 .truth
@@ -197,6 +208,8 @@ impl<'a> Judged<'a> {
     fn run(&self, recordings: &Recordings, run: usize) -> Result<RunRows, Error> {
         let mut rows = RunRows::default();
         let mut times = Vec::with_capacity(self.job.steps + 1);
+        let updated_only =
+            self.job.output.updated_only && self.estimator.reported_phase() == Phase::Updated;
         let mut steps = track(
             self.estimator,
             self.job.steps,
@@ -209,16 +222,13 @@ impl<'a> Judged<'a> {
             times.push(start.elapsed().as_nanos() as i64);
             let truth = recordings.truth(run, step.k);
             let truth = truth.as_deref();
-            if let Some(belief) = &step.predicted {
+            let predicted = step.predicted.as_ref().filter(|_| !updated_only);
+            if let Some(belief) = predicted {
                 self.record(run, step.k, Phase::Predicted, belief, truth, &mut rows);
             }
             match &step.updated {
                 // Nothing new is known, and nothing is said twice.
-                Ok(belief)
-                    if step
-                        .predicted
-                        .as_ref()
-                        .is_some_and(|b| b.says_the_same(belief)) => {}
+                Ok(belief) if predicted.is_some_and(|b| b.says_the_same(belief)) => {}
                 Ok(belief) => self.record(run, step.k, Phase::Updated, belief, truth, &mut rows),
                 Err(EstimationError::Inconsistent { k }) => {
                     self.ended(run, *k, "inconsistent", &mut rows);
@@ -237,12 +247,16 @@ impl<'a> Judged<'a> {
             }
         }
         times.sort_unstable();
+        let period = self.job.spec.problem.system.period();
+        let late = |period: f64| times.iter().filter(|&&t| t as f64 > 1e9 * period).count() as i64;
         rows.timing = times.last().map(|&max_ns| Timing {
             estimator: self.id.clone(),
             run: run as i32,
             steps: times.len() as i64,
             total_ns: times.iter().sum(),
             median_ns: times[times.len() / 2],
+            p999_ns: times[(times.len() * 999).div_ceil(1000) - 1],
+            late: period.map(late),
             max_ns,
         });
         Ok(rows)
@@ -295,7 +309,10 @@ impl<'a> Judged<'a> {
             n_constraints: size.n_constraints.map(|n| n as i64),
             trace_ggt: size.trace_ggt,
             radius: size.radius,
-            volume: size.volume,
+            volume: match self.job.volumes {
+                true => belief.volume(),
+                false => size.volume,
+            },
             covariance: belief.covariance().map(|p| p.as_slice().to_vec()),
             contains_truth: contains,
             lp_count: size.lp_count as i64,

@@ -1,8 +1,9 @@
-//! The stages: simulate → estimate → reduce → score → compare, the traces beside them, and the counts of a
-//! paper's claims about cost, which `compare` reads.
+//! The stages: simulate → estimate → reduce → score → compare, and the traces beside them; `compare` also reads what
+//! was found of the papers' numbered claims and counted of their claims about cost.
 //!
 //! Each is a function of an input that names everything it reads, and a folder to write into.
 
+pub mod claims;
 pub mod compare;
 pub mod count;
 pub mod estimate;
@@ -75,6 +76,11 @@ impl Recordings {
         table::for_each::<Measurement>(&path("measurements.parquet")?, |r| {
             put(&mut y, r.run, r.k, variables.y.len(), r.value);
         })?;
+        if variables.y.is_empty() {
+            // Nothing is measured, at as many steps as there are states.
+            let steps = |run: &Vec<Vec<_>>| vec![Vec::new(); run.len()];
+            y = x.iter().map(steps).collect();
+        }
         let mut u: Vec<Vec<Vec<f64>>> = Vec::new();
         table::for_each::<Input>(&path("inputs.parquet")?, |r| {
             put(&mut u, r.run, r.k, variables.u.len(), r.value);

@@ -17,6 +17,10 @@ use zonobench_estimation::System as _;
 /// The code that this stage can reach.
 pub const CODE: &str = env!("ZONOBENCH_CODE_TRACE");
 
+/// The most steps in a trace: of a longer run every second step is in it, or every third, and so on, so that
+/// it stays small and plays at a rate that can be seen. Steps that are not `ok` and the last are always there.
+const MOST_STEPS: usize = 400;
+
 /// What a trace depends on.
 pub fn input(experiment: &Experiment, index: usize, data: &str, estimates: &str) -> Value {
     json!({
@@ -81,6 +85,11 @@ pub fn make(
         step.upper = (upper.len() == n).then_some(upper);
         step.center = center;
     }
+    let (stride, last) = (
+        steps.len().div_ceil(MOST_STEPS).max(1),
+        steps.keys().max().copied(),
+    );
+    steps.retain(|k, step| k % stride == 0 || Some(*k) == last || step.status != "ok");
     for (k, step) in &mut steps {
         step.k = *k;
         step.truth = recordings.state(0, *k);
@@ -132,6 +141,8 @@ pub fn make(
             });
         }
     })?;
+    let mut described = metadata("trace", Some(experiment.seed));
+    described.insert("stride".to_owned(), stride.to_string());
     let trace = Trace {
         paper: experiment.paper.clone(),
         experiment: experiment.id.clone(),
@@ -144,7 +155,7 @@ pub fn make(
             .map(|v| (v.name.clone(), v.unit.to_owned()))
             .collect(),
         dt_s: experiment.problem.system.period().unwrap_or(1.0),
-        metadata: metadata("trace", Some(experiment.seed)),
+        metadata: described,
         params_json: serde_json::to_string_pretty(&experiment.estimators[index])
             .map_err(|e| Error::json(dir, e))?,
         layout_json: String::new(),

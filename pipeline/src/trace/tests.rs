@@ -518,21 +518,56 @@ fn every_scene_of_a_layout_is_visible() {
 /// them anew.
 #[test]
 fn the_committed_layouts_are_the_ones_the_builder_makes() {
-    let papers: [(&str, &[&str], f64); 2] = [
-        ("box", &["kalman", "box-state-est"], 24.0),
-        ("ezgkf", &["ezgkp", "ezgkf", "ezgkf-m"], 4.0),
+    type Shown<'a> = (
+        &'a str,
+        &'a [&'a str],
+        &'a [(&'a str, &'a str)],
+        &'a [(usize, usize)],
+        View,
+    );
+    let around = |center, height| View { center, height };
+    let (plane, plain) = (&[(0, 1)], &[("x1", "1"), ("x2", "1")]);
+    let papers: [Shown; 3] = [
+        (
+            "box",
+            &["kalman", "box-state-est"],
+            plain,
+            plane,
+            around([0.0, 0.0], 24.0),
+        ),
+        (
+            "ezgkf",
+            &["ezgkp", "ezgkf", "ezgkf-m"],
+            plain,
+            plane,
+            around([0.0, 0.0], 4.0),
+        ),
+        // The position first: it is what a vehicle is looked at by.
+        (
+            "inzsmf",
+            &[
+                "zsmf",
+                "inzsmf",
+                "zsmf-tables",
+                "inzsmf-tables",
+                "zsmf-f-tables",
+                "inzsmf-f-tables",
+                "inzsmf-update",
+            ],
+            &[("theta", "rad"), ("x1", "m"), ("x2", "m")],
+            &[(1, 2), (0, 1)],
+            around([0.0, 20.0], 70.0),
+        ),
     ];
-    for (paper, estimators, height) in papers {
+    for (paper, estimators, names, axes, view) in papers {
         let topics = Topics {
             estimators: estimators.iter().map(|e| (*e).to_owned()).collect(),
-            names: ["x1", "x2"]
-                .map(|n| (n.to_owned(), "1".to_owned()))
-                .to_vec(),
-            axes: vec![(0, 1)],
-            views: vec![View {
-                center: [0.0, 0.0],
-                height,
-            }],
+            names: names
+                .iter()
+                .map(|(name, unit)| ((*name).to_owned(), (*unit).to_owned()))
+                .collect(),
+            axes: axes.to_vec(),
+            views: vec![view; axes.len()],
         };
         let made = layout_json(paper, &topics);
         let path = format!("{}/../layouts/{paper}.json", env!("CARGO_MANIFEST_DIR"));

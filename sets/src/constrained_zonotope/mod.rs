@@ -241,7 +241,7 @@ impl ConstrainedZonotope {
     }
 
     /// Loads the constraints into `lp`.
-    fn load(&self, lp: &mut LinearProgram) -> Result<(), SetError> {
+    pub(crate) fn load(&self, lp: &mut LinearProgram) -> Result<(), SetError> {
         lp.load(&self.a, &self.b, &self.delta)
     }
 
@@ -315,7 +315,11 @@ impl ConstrainedZonotope {
     }
 
     /// The support, the constraints being in `lp` already.
-    fn support_loaded(&self, d: &[f64], lp: &mut LinearProgram) -> Result<f64, SetError> {
+    pub(crate) fn support_loaded(
+        &self,
+        d: &[f64],
+        lp: &mut LinearProgram,
+    ) -> Result<f64, SetError> {
         const OP: &str = "support of a constrained zonotope";
         let n = self.dim();
         same(OP, n, d.len())?;
@@ -359,9 +363,10 @@ impl ConstrainedZonotope {
     /// Whether the set contains the point that the box `x` holds.
     ///
     /// The rows |G ξ − (x − c)| ≤ r and |A ξ − b| ≤ δ are decided by [`LinearProgram::emptiness`]:
-    /// `Outside` if no ξ meets them for any point of the box, `Inside` if one ξ was verified to meet them
-    /// for all its points, each row up to σ_i = 2γ_{p+2}(|row|1 + |right side|): the verdict is about
-    /// the set with that slack, since no f64 solves an equation exactly.
+    /// `Outside` if no ξ meets them for any point of the box, `Inside` if a ξ was verified to meet them for
+    /// each of its points, each row up to σ_i = 2γ_{p+2}(|row|1 + |right side|): the verdict is about
+    /// the set with that slack, since no f64 solves an equation exactly. It is one ξ for all of a box
+    /// within r, else a ξ that moves with the point (`contains_deeply`).
     ///
     /// Fails with `Dimension`, or `NotFinite` if `x` is unbounded.
     pub fn contains(&self, x: &[Interval]) -> Result<Containment, SetError> {
@@ -398,13 +403,85 @@ impl ConstrainedZonotope {
         }
         right.extend_from_slice(&self.b);
         slack.extend_from_slice(&self.delta);
-        lp.load(&Matrix::vcat(&[self.g(), &self.a]), &right, &slack)?;
+        let rows = Matrix::vcat(&[self.g(), &self.a]);
+        let radius: Vec<f64> = reserve.iter().map(|r| 0.5 * r).collect();
+        if radius.iter().zip(self.r()).any(|(radius, r)| radius > r)
+            && self.contains_deeply(&rows, &right, &radius, lp)?
+        {
+            return Ok(Containment::Inside);
+        }
+        lp.load(&rows, &right, &slack)?;
         Ok(match lp.emptiness_with_reserve(&reserve) {
             Emptiness::Empty => Containment::Outside,
             Emptiness::NonEmpty(_) => Containment::Inside,
             Emptiness::Undecided { .. } => Containment::Undecided,
         })
     }
+}
+
+impl ConstrainedZonotope {
+    /// Whether every point x − c = m + s, |s| ≤ `radius`, of a box was proved to be in the set; `rows` is
+    /// [G; A], `right` (m, b).
+    ///
+    /// With M an approximate right inverse of the rows, restricted to the first n of their right sides, and ξ
+    /// a verified point for m, |ξ| ≤ 1 − ε, ε ≥ ‖|M| radius‖∞, the point ξ + M s meets the rows for m + s up to
+    /// |rows M − [I; 0]| radius, which ξ keeps in reserve. Any M is right. A set much thinner in one
+    /// direction than its own rounding box in another has no single ξ for a whole box.
+    fn contains_deeply(
+        &self,
+        rows: &Matrix,
+        right: &[f64],
+        radius: &[f64],
+        lp: &mut LinearProgram,
+    ) -> Result<bool, SetError> {
+        let (n, p) = (self.dim(), self.generators());
+        let Some(inverse) = right_inverse(rows, n) else {
+            return Ok(false);
+        };
+        let moved = inverse.abs().mul_vec(radius);
+        // The product and the sum 1 − ε are rounded; a part in 10⁶ and 10⁻¹⁴ is more than that.
+        let share = 1e-14 + 1.000001 * moved.iter().fold(0.0_f64, |m, x| m.max(*x));
+        // NaN is not below.
+        if !matches!(share.partial_cmp(&0.5), Some(std::cmp::Ordering::Less)) {
+            return Ok(false);
+        }
+        let product = rows.mul(&inverse);
+        let sizes = rows.abs().mul(&inverse.abs());
+        let left: Vec<f64> = (0..rows.rows())
+            .map(|i| {
+                let defect = (0..n).map(|j| {
+                    let identity = f64::from(u8::from(i == j));
+                    let rounding = gamma(p + 3) * (sizes[(i, j)] + identity);
+                    ((product[(i, j)] - identity).abs() + rounding) * radius[j]
+                });
+                up(defect.sum::<f64>(), n + 4)
+            })
+            .collect();
+        let slack = [self.r(), &self.delta].concat();
+        let within = 1.0 - share;
+        lp.load(&rows.scale(within), right, &slack)?;
+        let Emptiness::NonEmpty(mut xi) = lp.point_with_reserve(&left) else {
+            return Ok(false);
+        };
+        xi.iter_mut().for_each(|x| *x *= within);
+        lp.load(rows, right, &slack)?;
+        Ok(lp.verifies(&xi, &left))
+    }
+}
+
+/// The first n columns of Bᵀ(B Bᵀ)⁻¹ for B = `rows`, rounded; `None` where the rows are dependent.
+fn right_inverse(rows: &Matrix, n: usize) -> Option<Matrix> {
+    let m = rows.rows();
+    let norms: Vec<f64> = (0..m)
+        .map(|i| rows.row(i).iter().fold(0.0, |s, x| s + x * x).sqrt())
+        .collect();
+    if norms.contains(&0.0) {
+        return None;
+    }
+    let unit = Matrix::from_fn(m, rows.cols(), |i, j| rows[(i, j)] / norms[i]);
+    let inverse = unit.gram().inverse().ok()?;
+    let columns = Matrix::from_fn(m, n, |i, j| inverse[(i, j)] / norms[j]);
+    Some(unit.transpose().mul(&columns))
 }
 
 impl From<Zonotope> for ConstrainedZonotope {

@@ -307,6 +307,35 @@ impl LinearProgram {
 
     /// As [`LinearProgram::emptiness`], but a point counts only if it keeps |Aξ − b| + reserve ≤ δ + σ.
     pub(crate) fn emptiness_with_reserve(&mut self, reserve: &[f64]) -> Emptiness {
+        let mut margin = match self.point_with_reserve(reserve) {
+            Emptiness::Undecided { margin } => margin,
+            decided => return decided,
+        };
+        self.work.fallbacks += 1;
+        if let Some(opinion) = second_opinion::consult(&self.program, &self.direction) {
+            if opinion.infeasible
+                && self
+                    .program
+                    .farkas(&opinion.multipliers, &mut self.residual)
+                    > 0.0
+            {
+                self.proved_empty = true;
+                return Emptiness::Empty;
+            }
+            let point: Vec<f64> = opinion.point.iter().map(|x| x.clamp(-1.0, 1.0)).collect();
+            let missing = self
+                .program
+                .missing(&point, reserve, &mut self.row_residual);
+            if missing <= 0.0 {
+                return Emptiness::NonEmpty(point);
+            }
+            margin = margin.min(missing);
+        }
+        Emptiness::Undecided { margin }
+    }
+
+    /// As [`LinearProgram::emptiness_with_reserve`], by the simplex alone.
+    pub(crate) fn point_with_reserve(&mut self, reserve: &[f64]) -> Emptiness {
         if self.proved_empty {
             return Emptiness::Empty;
         }
@@ -342,27 +371,15 @@ impl LinearProgram {
                     .refine_point(&self.row_residual, &mut self.point);
             }
         }
-        self.work.fallbacks += 1;
-        if let Some(opinion) = second_opinion::consult(&self.program, &self.direction) {
-            if opinion.infeasible
-                && self
-                    .program
-                    .farkas(&opinion.multipliers, &mut self.residual)
-                    > 0.0
-            {
-                self.proved_empty = true;
-                return Emptiness::Empty;
-            }
-            let point: Vec<f64> = opinion.point.iter().map(|x| x.clamp(-1.0, 1.0)).collect();
-            let missing = self
-                .program
-                .missing(&point, reserve, &mut self.row_residual);
-            if missing <= 0.0 {
-                return Emptiness::NonEmpty(point);
-            }
-            margin = margin.min(missing);
-        }
         Emptiness::Undecided { margin }
+    }
+
+    /// Whether |Aξ − b| + reserve ≤ δ + σ was verified for this ξ, |ξ| ≤ 1, with the σ of
+    /// [`Emptiness::NonEmpty`].
+    pub(crate) fn verifies(&mut self, xi: &[f64], reserve: &[f64]) -> bool {
+        xi.len() == self.cols()
+            && xi.iter().all(|x| x.abs() <= 1.0)
+            && self.program.missing(xi, reserve, &mut self.row_residual) <= 0.0
     }
 
     /// The multipliers y of the last program, one a row, in the units of the rows loaded.

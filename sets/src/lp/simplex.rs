@@ -648,10 +648,12 @@ fn step_limit(slope: &[f64], gap: &[f64], range: &[f64], excess: f64) -> f64 {
     }
     // The share of all candidates wanted: twice what a uniform spread would need, and one more.
     let needed = excess * SAMPLE as f64 / n as f64;
-    let rank = (2.0 * needed / total * count as f64) as usize + 1;
-    if rank >= count {
+    let share = 2.0 * needed / total * count as f64;
+    // Also where the sample has no candidate of a range: then the quotient is infinite or NaN.
+    if share.is_nan() || share + 1.0 >= count as f64 {
         return f64::INFINITY;
     }
+    let rank = share as usize + 1;
     let steps = &mut steps[..count];
     for i in 1..count {
         let mut k = i;

@@ -6,7 +6,7 @@
 //! the model is written: fewer occurrences of a variable give a tighter one.
 
 use super::Real;
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Range, Sub};
 
 /// A value and its derivatives in N directions.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -276,20 +276,39 @@ impl<S: Copy> Hessian<S> {
 ///
 /// If `x` has not `f.inputs()` components.
 pub fn jacobian<S: Real, F: Function>(f: &F, x: &[S]) -> Jacobian<S> {
-    match f.inputs() {
-        1 => jacobian_in_groups::<S, F, 1>(f, x),
-        2 => jacobian_in_groups::<S, F, 2>(f, x),
-        3 => jacobian_in_groups::<S, F, 3>(f, x),
-        _ => jacobian_in_groups::<S, F, 4>(f, x),
+    partial_jacobian(f, x, 0..f.inputs())
+}
+
+/// The columns `inputs` of the [`jacobian`]: the derivatives with respect to these inputs alone, as many as
+/// there are numbers in the range.
+///
+/// # Panics
+///
+/// If `x` has not `f.inputs()` components or the range exceeds them.
+pub fn partial_jacobian<S: Real, F: Function>(f: &F, x: &[S], inputs: Range<usize>) -> Jacobian<S> {
+    match inputs.len() {
+        1 => jacobian_in_groups::<S, F, 1>(f, x, inputs),
+        2 => jacobian_in_groups::<S, F, 2>(f, x, inputs),
+        3 => jacobian_in_groups::<S, F, 3>(f, x, inputs),
+        _ => jacobian_in_groups::<S, F, 4>(f, x, inputs),
     }
 }
 
-fn jacobian_in_groups<S: Real, F: Function, const N: usize>(f: &F, x: &[S]) -> Jacobian<S> {
-    let (n, m) = (f.inputs(), f.outputs());
+fn jacobian_in_groups<S: Real, F: Function, const N: usize>(
+    f: &F,
+    x: &[S],
+    inputs: Range<usize>,
+) -> Jacobian<S> {
+    let m = f.outputs();
+    let (offset, n) = (inputs.start, inputs.len());
     assert_eq!(
         x.len(),
-        n,
+        f.inputs(),
         "Jacobian: the point has as many components as the function has inputs"
+    );
+    assert!(
+        inputs.end <= x.len(),
+        "Jacobian: the columns are among the inputs"
     );
     let zero = S::constant(0.0);
     let (mut value, mut first) = (vec![zero; m], vec![zero; m * n]);
@@ -301,7 +320,7 @@ fn jacobian_in_groups<S: Real, F: Function, const N: usize>(f: &F, x: &[S]) -> J
     for start in (0..n).step_by(N) {
         let group = start..(start + N).min(n);
         for i in group.clone() {
-            seeds[i] = Dual::variable(x[i], i - start);
+            seeds[offset + i] = Dual::variable(x[offset + i], i - start);
         }
         f.evaluate(&seeds, &mut y);
         for (q, y) in y.iter().enumerate() {
@@ -311,7 +330,7 @@ fn jacobian_in_groups<S: Real, F: Function, const N: usize>(f: &F, x: &[S]) -> J
             }
         }
         for i in group {
-            seeds[i] = Dual::fixed(x[i]);
+            seeds[offset + i] = Dual::fixed(x[offset + i]);
         }
     }
     Jacobian {

@@ -3,7 +3,7 @@
 mod dual;
 mod interval;
 
-pub use dual::{Dual, Function, Hessian, Jacobian, hessian, jacobian};
+pub use dual::{Dual, Function, Hessian, Jacobian, hessian, jacobian, partial_jacobian};
 pub use interval::Interval;
 
 use std::ops::{Add, Div, Mul, Neg, Sub};

@@ -119,7 +119,7 @@ pub fn recentred(x: &ConstrainedZonotope, m: &[f64]) -> Result<ConstrainedZonoto
     let mut lifted = Lifted::new(x);
     let (e, _) = lifted.ranges()?;
     let changed: Vec<(usize, f64, f64)> = (e.iter().zip(m).enumerate())
-        .map(|(j, (&[lo, hi], &m))| (j, m, (hi - m).max(m - lo).max(0.0).next_up()))
+        .map(|(j, ((lo, hi), &m))| (j, m, (hi - m).max(m - lo).max(0.0).next_up()))
         .collect();
     lifted.substitute(&changed);
     lifted.into_set()?.intersect(x)
@@ -133,7 +133,7 @@ pub fn coordinate_bounds(x: &ConstrainedZonotope) -> Result<Vec<Interval>, SetEr
     let (range, _) = lifted.ranges()?;
     Ok(range
         .iter()
-        .map(|&[lo, hi]| Interval::trusted(lo, hi))
+        .map(|(lo, hi)| Interval::trusted(lo, hi))
         .collect())
 }
 
@@ -178,8 +178,86 @@ pub fn eliminate_constraints(
     lifted.into_set()
 }
 
-/// One [lower, upper] a coordinate.
-type Ranges = Vec<[f64; 2]>;
+/// The lower and the upper ends of a range for every coordinate.
+struct Ranges {
+    lo: Vec<f64>,
+    hi: Vec<f64>,
+}
+
+impl Ranges {
+    fn all(p: usize, lo: f64, hi: f64) -> Self {
+        Self {
+            lo: vec![lo; p],
+            hi: vec![hi; p],
+        }
+    }
+
+    fn iter(&self) -> impl Iterator<Item = (f64, f64)> {
+        self.lo.iter().copied().zip(self.hi.iter().copied())
+    }
+}
+
+/// Σ of the least and of the greatest a_j ξ_j over the ranges, and Σ of the greatest |a_j ξ_j|.
+fn reach(row: &[f64], e: &Ranges) -> (f64, f64, f64) {
+    let p = row.len();
+    let (lo, hi) = (&e.lo[..p], &e.hi[..p]);
+    let whole = p - p % 4;
+    let (mut low, mut high, mut size) = ([0.0; 4], [0.0; 4], [0.0; 4]);
+    let mut add = |k: usize, j: usize| {
+        let (x, y) = ends(row[j], lo[j], hi[j]);
+        low[k] += x;
+        high[k] += y;
+        size[k] += if y.abs() > x.abs() { y.abs() } else { x.abs() };
+    };
+    for j in (0..whole).step_by(4) {
+        add(0, j);
+        add(1, j + 1);
+        add(2, j + 2);
+        add(3, j + 3);
+    }
+    for j in whole..p {
+        add(j - whole, j);
+    }
+    let sum = |s: [f64; 4]| (s[0] + s[1]) + (s[2] + s[3]);
+    (sum(low), sum(high), sum(size))
+}
+
+/// R_j ∩= (\[`least`, `most`\] − Σ_{k≠j} a_k E_k)/a_j and E_j ∩= R_j, Σ_k a_k E_k = \[`low`, `high`\].
+///
+/// Quotients are products with a rounded reciprocal, within 2u + u² of the true ones; moving them by 6u of
+/// themselves and η outward covers that and its own rounding. A NaN compares false and changes nothing.
+fn confine(
+    row: &[f64],
+    least: f64,
+    most: f64,
+    [low, high]: [f64; 2],
+    e: &mut Ranges,
+    r: &mut Ranges,
+) {
+    let p = row.len();
+    let (e_lo, e_hi) = (&mut e.lo[..p], &mut e.hi[..p]);
+    let (r_lo, r_hi) = (&mut r.lo[..p], &mut r.hi[..p]);
+    for j in 0..p {
+        let a = row[j];
+        let (x, y) = ends(a, e_lo[j], e_hi[j]);
+        let (from, to) = (least - (high - y), most - (low - x));
+        // For a < 0 the two change places; for a = 0 nothing is known.
+        let (from, to) = if a >= 0.0 { (from, to) } else { (to, from) };
+        let inverse = if a == 0.0 { f64::NAN } else { 1.0 / a };
+        let (from, to) = (from * inverse, to * inverse);
+        let from = from - (6.0 * U * from.abs() + ETA);
+        let to = to + (6.0 * U * to.abs() + ETA);
+        let (lo, hi) = (r_lo[j], r_hi[j]);
+        let (lo, hi) = (
+            if from > lo { from } else { lo },
+            if to < hi { to } else { hi },
+        );
+        r_lo[j] = lo;
+        r_hi[j] = hi;
+        e_lo[j] = if lo > e_lo[j] { lo } else { e_lo[j] };
+        e_hi[j] = if hi < e_hi[j] { hi } else { e_hi[j] };
+    }
+}
 
 /// The lifted rows, n of the set and then the constraints.
 struct Lifted {
@@ -280,30 +358,38 @@ impl Lifted {
     }
 
     /// Gauss–Jordan elimination of the constraints; dependent ones go.
+    ///
+    /// A row is measured again only when it has changed: after one elimination most pivots still stand alone
+    /// in their column, and clearing it costs nothing.
     fn gauss_jordan(&mut self) -> Result<(), SetError> {
         let n = self.n;
-        let floor: Vec<f64> = self.rows[n..]
-            .iter()
-            .map(|row| DEPENDENT * largest(row).1)
-            .collect();
+        let measure = |row: &[f64], offset: f64| {
+            ops::count(1, row.len());
+            let (j, pivot) = largest(row);
+            (j, pivot, (abs_sum(row) + offset.abs()) / pivot)
+        };
+        let measures = self.rows[n..].iter().zip(&self.offset[n..]);
+        let mut measures: Vec<(usize, f64, f64)> =
+            measures.map(|(row, &b)| measure(row, b)).collect();
+        let floor: Vec<f64> = measures.iter().map(|m| DEPENDENT * m.1).collect();
         let mut done = vec![false; self.constraints()];
         for _ in 0..self.constraints() {
-            let mut best: Option<(f64, usize, usize)> = None;
-            for i in (0..self.constraints()).filter(|&i| !done[i]) {
-                let row = &self.rows[n + i];
-                ops::count(1, self.cols);
-                let (j, pivot) = largest(row);
-                let ratio = (abs_sum(row) + self.offset[n + i].abs()) / pivot;
-                if pivot > floor[i] && best.is_none_or(|(b, ..)| ratio < b) {
-                    best = Some((ratio, i, j));
+            let mut best: Option<(f64, usize)> = None;
+            for (i, &(_, pivot, ratio)) in measures.iter().enumerate() {
+                if !done[i] && pivot > floor[i] && best.is_none_or(|(b, _)| ratio < b) {
+                    best = Some((ratio, i));
                 }
             }
-            let Some((_, i, j)) = best else { break };
+            let Some((_, i)) = best else { break };
+            let j = measures[i].0;
             done[i] = true;
             self.scale[i] = 1.0 / self.rows[n + i][j].abs();
             for l in (0..self.constraints()).filter(|&l| l != i) {
                 if self.rows[n + l][j] != 0.0 {
                     self.combine(n + l, n + i, j);
+                    if !done[l] {
+                        measures[l] = measure(&self.rows[n + l], self.offset[n + l]);
+                    }
                 }
             }
         }
@@ -340,24 +426,16 @@ impl Lifted {
     /// E_j and R_j of every coordinate; `Empty` if some E_j is.
     fn ranges(&self) -> Result<(Ranges, Ranges), SetError> {
         let p = self.cols;
-        let mut e = vec![[-1.0, 1.0]; p];
-        let mut r = vec![[f64::NEG_INFINITY, f64::INFINITY]; p];
+        let (mut e, mut r) = (
+            Ranges::all(p, -1.0, 1.0),
+            Ranges::all(p, f64::NEG_INFINITY, f64::INFINITY),
+        );
         // Sums of at most p terms, each a product; then four more operations.
         let error = gamma(p + 8);
         for _ in 0..SWEEPS {
             for i in self.n..self.rows.len() {
                 let row = &self.rows[i];
-                let (mut low, mut high, mut size) = (0.0, 0.0, 0.0);
-                for (&a, &[lo, hi]) in row.iter().zip(&e) {
-                    let (x, y) = if a >= 0.0 {
-                        (a * lo, a * hi)
-                    } else {
-                        (a * hi, a * lo)
-                    };
-                    low += x;
-                    high += y;
-                    size += x.abs().max(y.abs());
-                }
+                let (low, high, size) = reach(row, &e);
                 ops::count_of(|| {
                     let left = row.iter().filter(|&&a| a != 0.0).count();
                     (2 * p + 4 * left, 3 * (p - 1) + 6 * left)
@@ -365,37 +443,17 @@ impl Lifted {
                 let (b, delta) = (-self.offset[i], self.slack[i]);
                 let margin = delta + error * (size + b.abs() + delta) + ETA;
                 let margin = margin * (1.0 + 8.0 * U);
-                for (j, &a) in row.iter().enumerate() {
-                    if a == 0.0 {
-                        continue;
-                    }
-                    let [lo, hi] = e[j];
-                    let (x, y) = if a >= 0.0 {
-                        (a * lo, a * hi)
-                    } else {
-                        (a * hi, a * lo)
-                    };
-                    // a ξ_j lies between these; `margin` covers the rounding of all sums.
-                    let (from, to) = (b - (high - y) - margin, b - (low - x) + margin);
-                    let (from, to) = if a >= 0.0 {
-                        (from / a, to / a)
-                    } else {
-                        (to / a, from / a)
-                    };
-                    let (from, to) = (from.next_down(), to.next_up());
-                    if from.is_nan() || to.is_nan() {
-                        continue;
-                    }
-                    r[j] = [r[j][0].max(from), r[j][1].min(to)];
-                    e[j] = [e[j][0].max(r[j][0]), e[j][1].min(r[j][1])];
-                    if e[j][0] > e[j][1] {
-                        return Err(SetError::Empty {
-                            op: "rescaling of a constrained zonotope",
-                        });
-                    }
+                // The margin covers the rounding of all sums.
+                confine(row, b - margin, b + margin, [low, high], &mut e, &mut r);
+                if e.iter().fold(false, |none, (lo, hi)| none | (lo > hi)) {
+                    return Err(SetError::Empty {
+                        op: "rescaling of a constrained zonotope",
+                    });
                 }
             }
         }
+        let entries = p * SWEEPS * self.constraints();
+        ops::count(8 * entries, 14 * entries);
         Ok((e, r))
     }
 
@@ -407,7 +465,7 @@ impl Lifted {
         let (e, r) = self.ranges()?;
         let mut changed = Vec::new();
         let mut errors = vec![f64::INFINITY; self.cols];
-        for (j, (&[lo, hi], &[from, to])) in e.iter().zip(&r).enumerate() {
+        for (j, ((lo, hi), (from, to))) in e.iter().zip(r.iter()).enumerate() {
             let mut half = 1.0;
             if lo > -1.0 + SHRINK || hi < 1.0 - SHRINK {
                 let middle = 0.5 * (lo + hi);
@@ -462,14 +520,21 @@ impl Lifted {
 
     /// Removes the columns in which every row is 0, and their entries of `errors`.
     fn drop_zero_columns_with(&mut self, errors: Vec<f64>) -> Vec<f64> {
-        let kept: Vec<usize> = (0..self.cols)
-            .filter(|&j| self.rows.iter().any(|row| row[j] != 0.0))
-            .collect();
+        let mut greatest = vec![0.0_f64; self.cols];
+        for row in &self.rows {
+            for (most, x) in greatest.iter_mut().zip(row) {
+                *most = if x.abs() > *most { x.abs() } else { *most };
+            }
+        }
+        let kept: Vec<usize> = (0..self.cols).filter(|&j| greatest[j] != 0.0).collect();
         if kept.len() == self.cols {
             return errors;
         }
         for row in &mut self.rows {
-            *row = kept.iter().map(|&j| row[j]).collect();
+            for (to, &from) in kept.iter().enumerate() {
+                row[to] = row[from];
+            }
+            row.truncate(kept.len());
         }
         self.cols = kept.len();
         kept.iter()
@@ -490,17 +555,14 @@ impl Lifted {
             })
         };
         // A column that is mere rounding in every row (a folded slack) would take its row along.
-        let floor: Vec<f64> = self.rows[self.n..]
-            .iter()
-            .map(|row| NEGLIGIBLE * largest(row).1)
-            .collect();
-        let counts = |j: usize| {
-            self.rows[self.n..]
-                .iter()
-                .zip(&floor)
-                .any(|(row, floor)| row[j].abs() > *floor)
-        };
-        let candidates = |j: &usize| errors[*j].is_finite() && counts(*j);
+        let mut counts = vec![false; self.cols];
+        for row in &self.rows[self.n..] {
+            let floor = NEGLIGIBLE * largest(row).1;
+            for (counts, x) in counts.iter_mut().zip(row) {
+                *counts |= x.abs() > floor;
+            }
+        }
+        let candidates = |j: &usize| errors[*j].is_finite() && counts[*j];
         let candidates: Vec<usize> = (0..self.cols).filter(candidates).collect();
         let (j, least) = first_least(&mut candidates.iter().map(|&j| (j, errors[j])))?;
         if least < FREE || candidates.len() == 1 {
@@ -538,7 +600,8 @@ impl Lifted {
                 row.iter_mut().zip(v).for_each(|(w, v)| *w -= s * v);
             }
         }
-        let middle = Matrix::from_fn(q, q, |i, j| dot(&w[i], &a[j]));
+        // Of the symmetric A K⁻¹ Aᵀ the factor reads the lower half.
+        let middle = Matrix::from_fn(q, q, |i, j| if j <= i { dot(&w[i], &a[j]) } else { 0.0 });
         solve_lower(&cholesky(middle)?, &mut w);
         let mut diagonal = vec![1.0; p];
         for row in v.iter().chain(&w) {
@@ -597,6 +660,13 @@ impl Lifted {
         }
         self.remove_row(i);
     }
+}
+
+/// The least and greatest a ξ for ξ in [lo, hi].
+#[inline]
+fn ends(a: f64, lo: f64, hi: f64) -> (f64, f64) {
+    let (x, y) = (a * lo, a * hi);
+    if a >= 0.0 { (x, y) } else { (y, x) }
 }
 
 /// Two rows, the first to be changed.

@@ -142,12 +142,21 @@ fn independent_block(g: &Matrix) -> Option<(Vec<usize>, Vec<usize>, Matrix)> {
 
 /// The index and absolute value of the entry of largest |·|, the first of equals.
 pub(super) fn largest(row: &[f64]) -> (usize, f64) {
-    row.iter()
-        .enumerate()
-        .fold((0, 0.0), |(at, best), (j, x)| match x.abs() > best {
-            true => (j, x.abs()),
-            false => (at, best),
-        })
+    let mut lanes = [0.0; 4];
+    let four = row.chunks_exact(4);
+    let rest = four.remainder();
+    for row in four {
+        for k in 0..4 {
+            let x = row[k].abs();
+            lanes[k] = if x > lanes[k] { x } else { lanes[k] };
+        }
+    }
+    for (lane, x) in lanes.iter_mut().zip(rest) {
+        *lane = lane.max(x.abs());
+    }
+    let greatest = lanes.iter().fold(0.0, |best: f64, &x| best.max(x));
+    let at = row.iter().position(|x| x.abs() == greatest);
+    (at.unwrap_or(0), greatest)
 }
 
 /// Which `count` columns of ρ are absorbed, in order: always the one of least Π(1 + R_i) − 1 − Σ R_i,
@@ -185,9 +194,9 @@ fn absorption_order(rho: &Matrix, count: usize) -> Vec<usize> {
         order.push(left.remove(k));
         for i in 0..n {
             let row = &mut ratio.row_mut(i)[..len];
-            let shrink = 1.0 + row[k];
+            let shrink = 1.0 / (1.0 + row[k]);
             row.copy_within(k + 1.., k);
-            row[..len - 1].iter_mut().for_each(|r| *r /= shrink);
+            row[..len - 1].iter_mut().for_each(|r| *r *= shrink);
         }
     }
     order

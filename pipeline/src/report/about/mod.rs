@@ -1,8 +1,10 @@
 //! What is particular to a paper: what it says and what its figures show, a file a paper.
 
 mod r#box;
+mod cz;
 mod ezgkf;
 mod inzsmf;
+mod quadrotor;
 
 use crate::error::Error;
 use crate::lake;
@@ -10,7 +12,7 @@ use crate::papers::Paper;
 use crate::report::source::{FirstRun, Source};
 
 /// The papers that have a page of their own.
-const PAPERS: &[About] = &[r#box::ABOUT, ezgkf::ABOUT, inzsmf::ABOUT];
+const PAPERS: &[About] = &[r#box::ABOUT, ezgkf::ABOUT, inzsmf::ABOUT, cz::ABOUT];
 
 /// The bibliography, under the keys that the code cites.
 const REFERENCES: &str = include_str!("../../../../references.bib");

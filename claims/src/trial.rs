@@ -1,0 +1,192 @@
+//! A claim, its trials, and the verdict that follows from them.
+
+use crate::exact::Source;
+
+/// A claim of a paper, and how it is tried.
+#[derive(Clone, Copy)]
+pub struct Claim {
+    /// The paper's name.
+    pub paper: &'static str,
+    /// The claim's name, one within its paper.
+    pub id: &'static str,
+    /// What the paper says, shortened.
+    pub statement: &'static str,
+    /// What follows for a method that uses it.
+    pub consequence: &'static str,
+    /// Tries it.
+    pub run: fn(&mut Trial),
+}
+
+/// What the trials of a claim say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Every trial held.
+    Holds,
+    /// The claim is an equality, of which only the inequality held in every trial.
+    HoldsAsBound,
+    /// At least one trial failed.
+    DoesNotHold,
+    /// There was no trial.
+    NotTested,
+}
+
+impl Verdict {
+    /// Its name in the lake.
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::Holds => "holds",
+            Verdict::HoldsAsBound => "holds_as_bound",
+            Verdict::DoesNotHold => "does_not_hold",
+            Verdict::NotTested => "not_tested",
+        }
+    }
+}
+
+/// What the trials of a claim gave.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Outcome {
+    /// Follows from the counts.
+    pub verdict: Verdict,
+    /// Trials of the claim as printed.
+    pub trials: u64,
+    /// Trials in which it failed.
+    pub lost: u64,
+    /// The smallest counterexample, exact; empty if there is none.
+    pub counterexample: String,
+    /// Trials of the repaired claim.
+    pub repaired_trials: u64,
+    /// Trials in which the repaired claim failed.
+    pub repaired_lost: u64,
+}
+
+/// Where a claim is tried: a source of instances, and the counts.
+pub struct Trial {
+    /// Instances, by counter.
+    pub draw: Source,
+    trials: u64,
+    lost: u64,
+    unequal: u64,
+    counterexample: String,
+    repaired: (u64, u64),
+}
+
+impl Trial {
+    /// Counts a trial of the claim as printed.
+    pub fn check(&mut self, holds: bool) {
+        self.trials += 1;
+        self.lost += u64::from(!holds);
+    }
+
+    /// Counts a trial, and keeps the first one that fails as the counterexample.
+    pub fn check_or(&mut self, holds: bool, instance: impl FnOnce() -> String) {
+        self.check(holds);
+        if !holds && self.counterexample.is_empty() {
+            self.counterexample = instance();
+        }
+    }
+
+    /// Counts a trial of a claim of equality: whether the two sides are equal, and whether the inequality
+    /// that remains holds.
+    pub fn equality(&mut self, equal: bool, bounds: bool, instance: impl FnOnce() -> String) {
+        self.trials += 1;
+        self.lost += u64::from(!bounds);
+        self.unequal += u64::from(!equal);
+        if !(equal && bounds) && self.counterexample.is_empty() {
+            self.counterexample = instance();
+        }
+    }
+
+    /// Counts a trial of the repaired claim.
+    pub fn repaired(&mut self, holds: bool) {
+        self.repaired.0 += 1;
+        self.repaired.1 += u64::from(!holds);
+    }
+}
+
+impl Claim {
+    /// Tries the claim. The same claim gives the same outcome, whatever ran before it.
+    pub fn outcome(&self) -> Outcome {
+        let mut trial = Trial {
+            draw: Source::of(self.paper, self.id),
+            trials: 0,
+            lost: 0,
+            unequal: 0,
+            counterexample: String::new(),
+            repaired: (0, 0),
+        };
+        (self.run)(&mut trial);
+        let verdict = if trial.lost > 0 {
+            Verdict::DoesNotHold
+        } else if trial.unequal > 0 {
+            Verdict::HoldsAsBound
+        } else if trial.trials > 0 {
+            Verdict::Holds
+        } else {
+            Verdict::NotTested
+        };
+        Outcome {
+            verdict,
+            trials: trial.trials,
+            lost: trial.lost.max(trial.unequal),
+            counterexample: trial.counterexample,
+            repaired_trials: trial.repaired.0,
+            repaired_lost: trial.repaired.1,
+        }
+    }
+
+    /// The consequence, with the counts of the repaired claim.
+    pub fn consequence(&self, outcome: &Outcome) -> String {
+        if outcome.repaired_trials == 0 {
+            return self.consequence.to_owned();
+        }
+        format!(
+            "{}{}repaired: {} of {} lost",
+            self.consequence,
+            if self.consequence.is_empty() {
+                ""
+            } else {
+                "; "
+            },
+            outcome.repaired_lost,
+            outcome.repaired_trials
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn verdict(run: fn(&mut Trial)) -> Outcome {
+        Claim {
+            paper: "test",
+            id: "verdict",
+            statement: "",
+            consequence: "do",
+            run,
+        }
+        .outcome()
+    }
+
+    #[test]
+    fn the_verdict_follows_from_the_trials() {
+        assert_eq!(verdict(|_| ()).verdict, Verdict::NotTested);
+        assert_eq!(verdict(|t| t.check(true)).verdict, Verdict::Holds);
+        let bound = verdict(|t| {
+            t.equality(true, true, String::new);
+            t.equality(false, true, || "here".to_owned());
+        });
+        assert_eq!((bound.verdict, bound.lost), (Verdict::HoldsAsBound, 1));
+        let lost = verdict(|t| {
+            t.check_or(false, || "first".to_owned());
+            t.check_or(false, || "second".to_owned());
+            t.equality(false, true, String::new);
+            t.repaired(true);
+        });
+        assert_eq!(
+            (lost.verdict, lost.lost, lost.trials),
+            (Verdict::DoesNotHold, 2, 3)
+        );
+        assert_eq!(lost.counterexample, "first");
+    }
+}
