@@ -9,7 +9,7 @@
 use crate::claim::{Row, Sweep, TOLERANCE, Verdict, judge, rows as rows_of};
 use crate::fit::Degree;
 use crate::instance::{Dense, Instance};
-use crate::sizes;
+use crate::{sizes, table_7};
 use zonobench_estimation::propagation::{
     Choice, Expansion, Remainder, first_order, mean_value, zonotope_first_order,
     zonotope_mean_value,
@@ -217,7 +217,7 @@ pub fn modelled(tally: &Tally) -> f64 {
 }
 
 /// The priced part of [`modelled`].
-fn priced(tally: &Tally) -> f64 {
+pub fn priced(tally: &Tally) -> f64 {
     let total = tally.total();
     (total.program_model + total.elimination_model) as f64
 }
@@ -381,6 +381,7 @@ pub fn rows() -> Vec<Row> {
         }
         out.extend(totals(method, &runs));
     }
+    out.extend(table_7::rows());
     out.extend(pivots());
     out.extend(sizes::of_constrained_zonotopes());
     out
