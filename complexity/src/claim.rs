@@ -92,7 +92,7 @@ impl Sweep {
 }
 
 fn growth(points: &[(i64, f64, f64)], y: fn(&(i64, f64, f64)) -> f64) -> Degree {
-    let whole = |x: f64| (x == x.trunc() && x.abs() < 2f64.powi(53)).then_some(x as i128);
+    let whole = |x: f64| (x == x.trunc() && x.abs() < 9_007_199_254_740_992.0).then_some(x as i128);
     let values: Option<Vec<i128>> = points.iter().map(|p| whole(y(p))).collect();
     values
         .filter(|_| consecutive(points))

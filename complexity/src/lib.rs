@@ -15,6 +15,7 @@ pub mod fit;
 pub mod instance;
 pub mod kalman;
 pub mod sizes;
+pub mod table_7;
 
 pub use claim::{Row, Verdict};
 

@@ -717,17 +717,20 @@ fn explain(wanted: &str, files: &[PathBuf], lake: &Path) -> Result<u8, Error> {
 }
 
 fn count(paper: Option<&str>, lake: &Path) -> Result<u8, Error> {
-    let wanted: Vec<String> = paper.into_iter().map(str::to_owned).collect();
-    papers::load(&wanted)?;
+    let claiming = zonobench_complexity::PAPERS;
+    if let Some(unknown) = paper.filter(|p| !claiming.contains(p)) {
+        return Err(Error::Unknown {
+            what: "paper that claims a cost",
+            got: unknown.to_owned(),
+            expected: format!("papers: {}", claiming.join(", ")),
+        });
+    }
     let store = Store::open(lake)?;
-    let all = zonobench_complexity::PAPERS.into_iter();
+    let all = claiming.into_iter();
     let mut out = String::new();
     for name in all.filter(|name| paper.is_none_or(|p| p == *name)) {
         let counts = counts_text(&engine::counted(&store, name)?);
         out += &format!("# {name}\n{counts}\n");
-    }
-    if out.is_empty() {
-        out = "this paper claims no cost\n".to_owned();
     }
     print(&out)?;
     Ok(0)

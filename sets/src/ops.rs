@@ -18,7 +18,7 @@
 //! A tally belongs to its thread.
 
 use std::cell::RefCell;
-use std::ops::{AddAssign, Sub};
+use std::ops::AddAssign;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Part of a step of an estimator.
@@ -110,24 +110,6 @@ impl AddAssign for Counts {
         self.program_model += other.program_model;
         self.elimination_model += other.elimination_model;
         self.decomposition_cubes += other.decomposition_cubes;
-    }
-}
-
-impl Sub for Counts {
-    type Output = Self;
-    fn sub(self, other: Self) -> Self {
-        Self {
-            multiplications: self.multiplications - other.multiplications,
-            additions: self.additions - other.additions,
-            comparisons: self.comparisons - other.comparisons,
-            programs: self.programs - other.programs,
-            pivots: self.pivots - other.pivots,
-            flips: self.flips - other.flips,
-            eliminations: self.eliminations - other.eliminations,
-            program_model: self.program_model - other.program_model,
-            elimination_model: self.elimination_model - other.elimination_model,
-            decomposition_cubes: self.decomposition_cubes - other.decomposition_cubes,
-        }
     }
 }
 

@@ -73,7 +73,7 @@ pub fn intersect(z: &Zonotope, d: &[f64], y: f64, sigma: f64) -> Result<Zonotope
 /// times smaller than in others (and rounding made a generator) leave nothing of a determinant computed
 /// outright. A row that depends on those before it is left out of S.
 fn smallest(g: &Matrix, q: &[f64], sigma: f64) -> Option<usize> {
-    let (n, p) = (g.rows(), g.cols());
+    let p = g.cols();
     // Columns this much along the strip would be divided by rounding.
     let cut = 1e-12 * q.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let squares = whitened_squares(g);
@@ -88,14 +88,18 @@ fn smallest(g: &Matrix, q: &[f64], sigma: f64) -> Option<usize> {
             best = (candidate, Some(j));
         }
     }
-    let products = n * (n + 3) / 2 * p + n * n * n / 6 + 3 * p;
-    ops::count(products, products);
+    ops::count(3 * p, 0);
     best.1
 }
 
 /// g_jᵀS⁻¹g_j = ‖L⁻¹g_j‖² for L Lᵀ = S = G Gᵀ; a row of L without a pivot above rounding is left out.
 fn whitened_squares(g: &Matrix) -> Vec<f64> {
     let (n, p) = (g.rows(), g.cols());
+    let below = n * n.saturating_sub(1) / 2;
+    ops::count(
+        n * (n + 1) * (n + 2) / 6 + p * (below + 2 * n),
+        n * (n * n - 1) / 6 + p * (below + n - 1),
+    );
     let s = g.gram();
     let mut l = s.clone();
     let mut v: Vec<Vec<f64>> = Vec::with_capacity(n);

@@ -142,7 +142,7 @@ pub fn closest_point(
 /// 1-norm of the solution of least 2-norm.
 ///
 /// Source: [Rego2020, Prop. 2]: its program minimises ½ Σ (ξᵁ − ξᴸ) over boxes [ξᴸ, ξᵁ] ⊇ E of middle m.
-pub(super) fn coordinates_of(
+pub fn coordinates_of(
     x: &ConstrainedZonotope,
     h: &[f64],
     ranges: &[Interval],

@@ -12,7 +12,7 @@ pub mod decomposition;
 mod mean_value;
 mod taylor;
 
-pub use choice::{Choice, closest_point};
+pub use choice::{Choice, closest_point, coordinates_of};
 pub use mean_value::{mean_value, zonotope_mean_value};
 pub use taylor::{Expansion, Remainder, first_order, first_order_about, zonotope_first_order};
 

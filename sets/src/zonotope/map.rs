@@ -7,7 +7,7 @@
 
 use super::{Zonotope, box_columns, same};
 use crate::rounding::{ETA, U, gamma, up};
-use crate::{IntervalMatrix, Matrix, SetError};
+use crate::{IntervalMatrix, Matrix, SetError, ops};
 
 impl Zonotope {
     /// Encloses { M x : x ∈ X }, M m × n. See [`Zonotope::affine_map`].
@@ -84,6 +84,7 @@ impl Zonotope {
     pub fn minkowski_sum(&self, y: &Self) -> Result<Self, SetError> {
         const OP: &str = "Minkowski sum of zonotopes";
         same(OP, self.dim(), y.dim())?;
+        ops::count(0, self.dim());
         let c: Vec<f64> = self.c.iter().zip(&y.c).map(|(a, b)| a + b).collect();
         let r = (0..self.dim())
             // A sum with a zero term is exact.

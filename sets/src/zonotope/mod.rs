@@ -15,7 +15,7 @@ mod volume;
 
 use crate::matrix::abs_sum;
 use crate::rounding::{ETA, gamma, up};
-use crate::{Containment, Interval, IntervalVector, Matrix, SetError};
+use crate::{Containment, Interval, IntervalVector, Matrix, SetError, ops};
 
 /// The zonotope ⟨c, G, r⟩ = { c + G ξ + s : |ξ| ≤ 1, |s| ≤ r }.
 ///
@@ -152,6 +152,7 @@ impl Zonotope {
     /// ⌈|G| 1 + r⌉: upper bounds on the half-widths of the interval hull.
     pub fn radius(&self) -> Vec<f64> {
         let depth = self.generators() / 8 + 5;
+        ops::count(0, self.dim() * self.generators());
         (0..self.dim())
             .map(|i| up(abs_sum(self.g.row(i)) + self.r[i], depth))
             .collect()
