@@ -22,6 +22,16 @@ const STAGES: &[(&str, &[&str], &[&str])] = &[
     ("ESTIMATE", MATHEMATICS, &["stage/estimate.rs"]),
     ("TRACE", MATHEMATICS, &["stage/trace.rs", "trace"]),
     ("REDUCE", MATHEMATICS, &["stage/reduce.rs"]),
+    (
+        "ATTACK",
+        &["sets/src", "estimation/src", "attack/src"],
+        &["stage/attack.rs"],
+    ),
+    (
+        "COUNT",
+        &["sets/src", "estimation/src", "complexity/src"],
+        &["stage/count.rs"],
+    ),
     ("SCORE", &[], &["stage/score.rs", "statistics.rs"]),
     (
         "COMPARE",
@@ -59,7 +69,9 @@ fn main() {
     for watched in [
         "sets/src",
         "estimation/src",
+        "attack/src",
         "claims/src",
+        "complexity/src",
         "pipeline/src",
         "experiments",
         "Cargo.lock",

@@ -10,7 +10,8 @@ use crate::progress::Progress;
 use crate::rows;
 use crate::stage::estimate::Job;
 use crate::stage::{
-    Experiment, Recordings, claims, compare, estimate, reduce, score, simulate, trace,
+    Experiment, Recordings, attack, claims, compare, count, estimate, reduce, score, simulate,
+    trace,
 };
 use crate::store::{Artifact, Status, Store, Target};
 use crate::table;
@@ -169,57 +170,138 @@ fn metrics_of<'a>(
         .collect()
 }
 
-fn claims_target(paper: &Paper) -> Target {
+/// A result that belongs to a paper and to none of its experiments.
+fn paper_target(paper: &str, stage: &'static str) -> Target {
     Target {
-        paper: paper.name.clone(),
+        paper: paper.to_owned(),
         experiment: "-".to_owned(),
-        stage: "claims",
+        stage,
         estimator: None,
     }
 }
 
 /// Tries (or finds) a paper's numbered claims.
-pub fn claims(store: &Store, paper: &Paper) -> Result<Artifact, Error> {
-    let input = claims::input(&paper.name);
-    let (artifact, _) = store.run(&claims_target(paper), claims::CODE, &input, |dir| {
-        claims::make(&paper.name, dir)
+fn claims(store: &Store, paper: &str) -> Result<Artifact, Error> {
+    let target = paper_target(paper, "claims");
+    let (artifact, _) = store.run(&target, claims::CODE, &claims::input(paper), |dir| {
+        claims::make(paper, dir)
     })?;
     Ok(artifact)
 }
 
-/// Whether a paper's claims would be tried.
-pub fn plan_claims(store: &Store, paper: &Paper) -> Planned {
-    let target = claims_target(paper);
-    let status = store.status(&target, claims::CODE, &claims::input(&paper.name));
-    Planned { target, status }
+/// Runs (or finds) the counts of a paper's claims about cost, if it has any.
+pub fn count(store: &Store, paper: &str) -> Result<Option<Artifact>, Error> {
+    let Some(input) = count::input(paper) else {
+        return Ok(None);
+    };
+    let target = paper_target(paper, "count");
+    let (artifact, _) = store.run(&target, count::CODE, &input, |dir| count::make(paper, dir))?;
+    Ok(Some(artifact))
 }
 
-/// Runs (or finds) the comparison of a paper's printed numbers with the results and the claims' verdicts.
+/// The rows of [`count`].
+pub fn counted(store: &Store, paper: &str) -> Result<Vec<rows::Complexity>, Error> {
+    match count(store, paper)? {
+        Some(artifact) => table::read(&file(&artifact, count::FILE)?),
+        None => Ok(Vec::new()),
+    }
+}
+
+fn attack_target(paper: &str, system: &str) -> Target {
+    Target {
+        paper: paper.to_owned(),
+        experiment: system.to_owned(),
+        stage: "attack",
+        estimator: None,
+    }
+}
+
+/// Attacks (or finds attacked) what of a paper is called guaranteed, on every family of problems; publishes the counts.
+pub fn attack(
+    store: &Store,
+    paper: &str,
+    size: attack::Size,
+    progress: &Progress,
+) -> Result<Vec<Publication<'static>>, Error> {
+    let one = |system: &'static str| {
+        let target = attack_target(paper, system);
+        let input = attack::input(paper, system, size);
+        let name = format!("{paper}/{system}");
+        let (artifact, made) = store.run(&target, attack::CODE, &input, |dir| {
+            attack::make(paper, system, size, dir, &|n| {
+                progress.advance(&name, "attack", n)
+            })
+        })?;
+        if !made {
+            progress.advance(&name, "attack", attack::units(paper, system, size));
+        }
+        let path = table_path("attack", paper, system);
+        copy(path, "attack", &artifact, attack::FILE)
+    };
+    attack::systems(paper).into_iter().map(one).collect()
+}
+
+/// What would run of a paper apart from its experiments.
+pub fn plan_paper(store: &Store, paper: &Paper) -> Vec<Planned> {
+    let look = |stage, code: &str, input: &Value| {
+        let target = paper_target(&paper.name, stage);
+        let status = store.status(&target, code, input);
+        Planned { target, status }
+    };
+    let mut planned = vec![look("claims", claims::CODE, &claims::input(&paper.name))];
+    if let Some(input) = count::input(&paper.name) {
+        planned.push(look("count", count::CODE, &input));
+    }
+    planned.extend(attack::systems(&paper.name).into_iter().map(|system| {
+        let target = attack_target(&paper.name, system);
+        let input = attack::input(&paper.name, system, attack::Size::Times(1));
+        let status = store.status(&target, attack::CODE, &input);
+        Planned { target, status }
+    }));
+    planned
+}
+
+/// What a paper's results are beside its experiments.
+pub struct Compared {
+    comparison: Artifact,
+    claims: Artifact,
+    complexity: Option<Artifact>,
+}
+
+/// Runs (or finds) a paper's claims and counts, and the comparison of its printed numbers with them and with
+/// the results.
 pub fn compare(
     store: &Store,
     paper: &Paper,
     finished: &[Finished],
-    claims: &Artifact,
     scale: compare::Scale,
-) -> Result<Artifact, Error> {
+) -> Result<Compared, Error> {
     let contents: BTreeMap<&str, &str> = finished
         .iter()
         .filter(|f| f.experiment.paper == paper.name)
         .map(|f| (f.experiment.id.as_str(), f.metrics.content.as_str()))
         .collect();
-    let target = Target {
-        paper: paper.name.clone(),
-        experiment: "-".to_owned(),
-        stage: "compare",
-        estimator: None,
-    };
-    let input = compare::input(paper, &contents, &claims.content, scale);
-    let claims = file(claims, "claims.parquet")?;
+    let target = paper_target(&paper.name, "compare");
+    let claims = claims(store, &paper.name)?;
+    let complexity = count(store, &paper.name)?;
+    let counts = complexity.as_ref().map(|a| a.content.as_str());
+    let input = compare::input(paper, &contents, &claims.content, counts, scale);
     let metrics = metrics_of(finished, &paper.name)?;
-    let (artifact, _) = store.run(&target, compare::CODE, &input, |dir| {
-        compare::make(paper, &metrics, &claims, scale, dir)
+    let (comparison, _) = store.run(&target, compare::CODE, &input, |dir| {
+        let ledgers = compare::Ledgers {
+            claims: table::read(&file(&claims, claims::FILE)?)?,
+            complexity: match &complexity {
+                Some(artifact) => table::read(&file(artifact, count::FILE)?)?,
+                None => Vec::new(),
+            },
+        };
+        compare::make(paper, &metrics, ledgers, scale, dir)
     })?;
-    Ok(artifact)
+    Ok(Compared {
+        comparison,
+        claims,
+        complexity,
+    })
 }
 
 fn copy(
@@ -346,11 +428,11 @@ pub fn publications(finished: &Finished) -> Result<Vec<Publication<'static>>, Er
 /// The files of the lake that come from a paper's claims and its comparison.
 pub fn paper_publications(
     paper: &Paper,
-    claims: &Artifact,
-    comparison: &Artifact,
+    compared: &Compared,
 ) -> Result<Vec<Publication<'static>>, Error> {
     let path = |table: &str| paper_table_path(table, &paper.name);
-    Ok(vec![
+    let comparison = &compared.comparison;
+    let mut files = vec![
         copy(
             path("published"),
             "published",
@@ -363,8 +445,12 @@ pub fn paper_publications(
             comparison,
             "comparison.parquet",
         )?,
-        copy(path("claims"), "claims", claims, "claims.parquet")?,
-    ])
+        copy(path("claims"), "claims", &compared.claims, claims::FILE)?,
+    ];
+    if let Some(counts) = &compared.complexity {
+        files.push(copy(path("complexity"), "complexity", counts, count::FILE)?);
+    }
+    Ok(files)
 }
 
 /// Writes the timings of one experiment into the lake; they are not vouched for.
@@ -479,17 +565,18 @@ pub fn plan(store: &Store, experiment: &Experiment) -> Vec<Planned> {
     out
 }
 
-/// A paper's ledger as a node of a Graphviz graph.
-pub fn dot_claims(planned: &Planned) -> String {
-    let style = if planned.status == Status::Cached {
-        "solid"
-    } else {
-        "bold"
+/// What a paper has beside its experiments, as nodes of a Graphviz graph.
+pub fn dot_paper(planned: &[Planned]) -> String {
+    let node = |p: &Planned| {
+        let style = if p.status == Status::Cached {
+            "solid"
+        } else {
+            "bold"
+        };
+        let (target, stage, paper) = (&p.target, p.target.stage, &p.target.paper);
+        format!("  \"{target}\" [label = \"{stage} of {paper}\", shape = box, style = {style}];\n")
     };
-    format!(
-        "  \"{}\" [label = \"claims of {}\", shape = box, style = {style}];\n",
-        planned.target, planned.target.paper
-    )
+    planned.iter().map(node).collect()
 }
 
 /// The stages of an experiment as a cluster of a Graphviz graph; what would run is drawn bold.

@@ -192,6 +192,37 @@ table! {
 }
 
 table! {
+    /// A claim about cost held against counts: first its verdict, then the sizes that it was tried at.
+    Complexity => "complexity" sorted by 0 {
+        claim: Name, "1", "name of the claim";
+        sweep_variable: Option<Name>, "1", "the size that varies; all where every size does; null in the row that has the claim's verdict";
+        size: Option<i64>, "1", "its value";
+        counted: Option<f64>, "1", "operations counted, or carried by a formula that equals the count at every size that ran";
+        formula: Option<f64>, "1", "what the printed formula gives";
+        ratio: Option<f64>, "1", "counted / formula";
+        fitted_degree: Option<f64>, "1", "the power of the size that the count grows with over the sweep";
+        degree_lo: Option<f64>, "1", "lower end of its 95 % interval; equal to the degree where that is exact";
+        degree_hi: Option<f64>, "1", "upper end of its 95 % interval";
+        verdict: Name, "1", "holds, holds_as_bound or does_not_hold: of the claim, and of each sweep alone";
+        reason: Name, "1", "why, with measured numbers";
+    }
+}
+
+table! {
+    /// An attack on what is called guaranteed, and on what is not.
+    Attack => "attack" sorted by 0 {
+        estimator: Name, "1", "estimator, or operation on sets";
+        attack: Name, "1", "how noise and first state, or the sets, are chosen";
+        steps: i64, "1", "sets that were judged";
+        lost: i64, "1", "sets that certainly do not hold the truth, or were called empty";
+        rate_hi: f64, "1", "upper Clopper-Pearson bound on the rate of lost sets at 95 %";
+        undecided: i64, "1", "sets of which it is not certain whether they hold the truth; of the intersections, empty sets not called so";
+        refused: i64, "1", "runs that the estimator refused to go on with";
+        guaranteed: bool, "1", "whether none may be lost";
+    }
+}
+
+table! {
     /// How long steps took. Never hashed, never in a snapshot.
     Timing => "timings" sorted by 1 {
         estimator: Name, "1", "name in the experiment file";

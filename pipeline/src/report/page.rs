@@ -6,6 +6,7 @@ use crate::experiment::Experiment;
 use crate::papers::Paper;
 use crate::published::Cell;
 use crate::report::about::{self, Drawing, Figure};
+use crate::report::complexity;
 use crate::report::markdown::{anchor, code, details, escaped, heading, table};
 use crate::report::model::{self, unit};
 use crate::report::source::{Held, Source};
@@ -47,12 +48,14 @@ pub fn of(
             page += &format!("{not_drawn}\n\n");
         }
     }
+    let (counts, pictures) = complexity::section(&held.name, &source.complexity(&held.name)?);
+    page += &counts;
     page += &experiments(source, held)?;
     let drawn = figures.iter().filter_map(|figure| {
         let drawing = figure.drawing.as_ref().ok()?;
         Some((file_name(figure), drawing.svg.clone()))
     });
-    let mut files: Vec<(String, String)> = drawn.collect();
+    let mut files: Vec<(String, String)> = drawn.chain(pictures).collect();
     files.push(("README.md".to_owned(), page.trim_end().to_owned() + "\n"));
     Ok(files)
 }

@@ -4,8 +4,8 @@ use crate::error::Error;
 use crate::lake::{self, Entry, PathKeys};
 use crate::papers::{self, Paper};
 use crate::rows::{
-    Belief, Claim, Comparison, Estimate, EstimatorInfo, Measurement, Published, Score, Set, Truth,
-    Variable,
+    Belief, Claim, Comparison, Complexity, Estimate, EstimatorInfo, Measurement, Published, Score,
+    Set, Truth, Variable,
 };
 use crate::table::{self, Row};
 use arrow_array::cast::AsArray;
@@ -194,6 +194,11 @@ impl Source {
         } else {
             Ok(Vec::new())
         }
+    }
+
+    /// The counts of a paper's claims about cost.
+    pub fn complexity(&self, paper: &str) -> Result<Vec<Complexity>, Error> {
+        self.of_paper(paper)
     }
 
     /// The scores of an experiment.

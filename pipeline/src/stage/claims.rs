@@ -40,9 +40,12 @@ pub fn rows(wanted: impl Fn(&str, &str) -> bool) -> Vec<(&'static str, Claim)> {
         .collect()
 }
 
-/// Writes `claims.parquet`.
+/// The file that it writes.
+pub const FILE: &str = "claims.parquet";
+
+/// Writes [`FILE`].
 pub fn make(paper: &str, dir: &Path) -> Result<(), Error> {
     let rows = rows(|own, _| own == paper).into_iter().map(|(_, row)| row);
-    table::write(&dir.join("claims.parquet"), rows, &metadata("claims", None))?;
+    table::write(&dir.join(FILE), rows, &metadata("claims", None))?;
     Ok(())
 }

@@ -6,7 +6,7 @@
 use crate::error::Error;
 use crate::papers::Paper;
 use crate::published::{Cell, Comparison as Claim, Published, half_unit};
-use crate::rows::{self, Comparison, Metric, TimingComparison};
+use crate::rows::{self, Comparison, Complexity, Metric, TimingComparison};
 use crate::stage::metadata;
 use crate::stage::score::{Subject, by_subject};
 use crate::statistics::{mean_sd, paired_offsets, prediction_offsets};
@@ -29,7 +29,13 @@ pub enum Scale {
 }
 
 /// What a paper's comparison depends on.
-pub fn input(paper: &Paper, metrics: &BTreeMap<&str, &str>, claims: &str, scale: Scale) -> Value {
+pub fn input(
+    paper: &Paper,
+    metrics: &BTreeMap<&str, &str>,
+    claims: &str,
+    complexity: Option<&str>,
+    scale: Scale,
+) -> Value {
     let texts: Vec<&str> = paper.texts.iter().map(|(_, text)| *text).collect();
     json!({
         "published": paper.published,
@@ -37,16 +43,24 @@ pub fn input(paper: &Paper, metrics: &BTreeMap<&str, &str>, claims: &str, scale:
         "experiments": texts,
         "metrics": metrics,
         "claims": claims,
+        "complexity": complexity,
         "quick": scale == Scale::Quick,
     })
 }
 
-/// Writes `published.parquet` and `comparison.parquet`; `metrics` has the metrics file of every experiment, `claims` is
-/// the paper's ledger.
+/// What was found of a paper's claims apart from its experiments.
+pub struct Ledgers {
+    /// Its numbered claims.
+    pub claims: Vec<rows::Claim>,
+    /// Its claims about cost.
+    pub complexity: Vec<Complexity>,
+}
+
+/// Writes `published.parquet` and `comparison.parquet`; `metrics` has the metrics file of every experiment.
 pub fn make(
     paper: &Paper,
     metrics: &BTreeMap<&str, PathBuf>,
-    claims: &Path,
+    ledgers: Ledgers,
     scale: Scale,
     dir: &Path,
 ) -> Result<(), Error> {
@@ -60,7 +74,7 @@ pub fn make(
     let results = Results {
         paper,
         scores,
-        claims: table::read::<rows::Claim>(claims)?,
+        ledgers,
     };
     let published = paper.published.iter().map(|p| rows::Published {
         table: p.table.as_str().into(),
@@ -134,7 +148,7 @@ struct Number {
 struct Results<'a> {
     paper: &'a Paper,
     scores: BTreeMap<String, Vec<(Subject, Vec<f64>)>>,
-    claims: Vec<rows::Claim>,
+    ledgers: Ledgers,
 }
 
 impl Results<'_> {
@@ -231,7 +245,12 @@ impl Results<'_> {
 
     /// The verdict of the ledger on the claim that a cell names.
     fn claim(&self, p: &Published, cell: &Cell) -> Comparison {
-        let Some(claim) = self.claims.iter().find(|c| *c.claim == cell.component) else {
+        let Some(claim) = self
+            .ledgers
+            .claims
+            .iter()
+            .find(|c| *c.claim == cell.component)
+        else {
             let reason = format!("no claim {:?} in the ledger", cell.component);
             return row(p, &cell.reading, "error", reason);
         };
@@ -249,14 +268,7 @@ impl Results<'_> {
 
     fn compare(&self, p: &Published, cell: &Cell) -> Comparison {
         if cell.metric == "complexity" {
-            return row(
-                p,
-                &cell.reading,
-                "not_reproducible",
-                "a statement about operation counts, not a number of a run: this version has no counting stage that \
-                 could decide it"
-                    .to_owned(),
-            );
+            return self.counted(p, cell);
         }
         if cell.metric == "claims" {
             return self.claim(p, cell);
@@ -315,6 +327,24 @@ impl Results<'_> {
             rel_diff,
             ..row(p, &cell.reading, verdict, reason)
         }
+    }
+
+    /// The verdict of the claim about cost that `cell` names.
+    fn counted(&self, p: &Published, cell: &Cell) -> Comparison {
+        let claim = self
+            .ledgers
+            .complexity
+            .iter()
+            .find(|r| r.sweep_variable.is_none() && &*r.claim == cell.component);
+        let Some(claim) = claim else {
+            let reason = format!("no claim {} was counted", cell.component);
+            return row(p, &cell.reading, "error", reason);
+        };
+        let reason = match cell.finding.is_empty() {
+            true => claim.reason.to_string(),
+            false => format!("{}: {}", cell.finding, claim.reason),
+        };
+        row(p, &cell.reading, &claim.verdict, reason)
     }
 
     /// Puts measured numbers into the places of a finding.
