@@ -386,9 +386,7 @@ fn the_html_page_is_whole_and_needs_no_other_file() {
     }
     let here = LAKE.path().to_str().unwrap();
     assert!(!page.contains(here));
-    // This lake has no times, and none of the sweeps.
     assert!(page.contains("Missing: this lake holds no times."));
-    assert!(page.contains("The table <code>complexity</code>: not in this lake"));
 }
 
 #[test]
@@ -421,6 +419,9 @@ fn every_cell_of_the_lake_stands_on_the_html_page() {
 fn an_html_page_of_other_lakes_says_what_it_has() {
     let page = html(&own(OWN));
     assert!(page.contains("This lake holds no published paper"));
+    for sweep in ["claims", "attack", "complexity"] {
+        assert!(page.contains(&format!("The table <code>{sweep}</code>: not in this lake")));
+    }
     assert!(page.contains("<th scope=\"row\">bx</th><td>rmse</td><td>x1</td>"));
     let page = html(&published(&["ezgkf"], Scale::Quick, false));
     assert!(page.contains("A smoke run") && page.contains("Not drawn: it shows k = 120 to 180"));

@@ -184,11 +184,17 @@ fn whole(name: &str, frame: &DataFrame) -> String {
     )
 }
 
-/// A chart a paper and claim: what was counted and the printed formula, over the size that was swept.
+/// A chart a paper, claim and sweep: what was counted and the printed formula, over the size that was swept.
 fn counts(frame: &DataFrame) -> String {
     let mut claims: Vec<(String, String, Vec<usize>)> = Vec::new();
     for i in 0..frame.height() {
-        let (paper, claim) = (text(frame, "paper", i), text(frame, "claim", i));
+        let sweep = text(frame, "sweep_variable", i);
+        // The row that has the verdict of the whole claim has no size.
+        if sweep.is_empty() {
+            continue;
+        }
+        let paper = text(frame, "paper", i);
+        let claim = format!("{}, over {sweep}", text(frame, "claim", i));
         match claims
             .iter_mut()
             .find(|(p, c, _)| *p == paper && *c == claim)

@@ -63,11 +63,15 @@ fn contents(held: &Held, figures: &[Figure]) -> String {
         )
     };
     let mut items: Vec<String> = held.tables().iter().map(|t| item(t, t)).collect();
-    items.extend(
-        figures
-            .iter()
-            .map(|f| item(&drawing(f), &format!("{}, redrawn", f.name))),
-    );
+    items.extend(figures.iter().map(|f| {
+        // A figure may stand among the tables too, with its printed numbers.
+        let text = if f.name.starts_with("Fig") {
+            format!("{}, redrawn", f.name)
+        } else {
+            format!("{}: {}", f.name, f.title)
+        };
+        item(&drawing(f), &text)
+    }));
     items.push(item("again", "Run it again"));
     format!(
         "<nav class=\"contents\" aria-label=\"On the page of {}\"><ul>{}</ul></nav>\n",
