@@ -9,6 +9,10 @@ use crate::lp::LinearProgram;
 use crate::{Interval, rounding};
 use crate::{IntervalMatrix, IntervalVector, Matrix, SetError};
 
+/// A bundle has no more frames than this. Every frame holds the polytope, so one left out is no loss of
+/// soundness.
+const MOST_FRAMES: usize = 24;
+
 /// The box { x : C x ∈ range } in the coordinates t = C x.
 #[derive(Clone, Debug)]
 pub struct Frame {
@@ -63,7 +67,8 @@ impl Frame {
 impl Polytope {
     /// The frames whose boxes intersect in the polytope: one a facet normal a, by Gram and Schmidt from a and
     /// the coordinate vectors in the order of their index, without the one where |a_j| is largest; all
-    /// normals along axes share the hull's. No two frames have the same normal.
+    /// normals along axes share the hull's. No two frames have the same normal; there are at most 24, and the
+    /// intersection may be larger than the polytope if that is not enough.
     ///
     /// Two linear programs a row of a frame. Fails with `Empty` or `NotFinite`.
     ///
@@ -78,6 +83,9 @@ impl Polytope {
                     frames.push(Frame::identity(&self.hull));
                 }
                 continue;
+            }
+            if frames.len() == MOST_FRAMES {
+                break;
             }
             let Some(normal) = unit(&slab.normal) else {
                 continue;

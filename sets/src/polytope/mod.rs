@@ -62,8 +62,9 @@ pub struct Polytope {
 /// Points closer than this times the size of the set are the same vertex.
 const NEAR: f64 = 1e-10;
 
-/// Unit normals closer than this are those of one face.
-const SAME_NORMAL: f64 = 5e-9;
+/// Unit normals closer than this are those of one face: what rounding makes of many vertices in one plane
+/// is not to become many facets. The half-spaces left out can only make the polytope larger.
+const SAME_NORMAL: f64 = 1e-6;
 
 impl Polytope {
     /// The box; its facets are those of the box. Vertices and volume are given for n ≤ 3.
@@ -166,7 +167,8 @@ impl Polytope {
             match body {
                 Some(body) => {
                     let volume = body.volume();
-                    let halves = body.facets.iter().filter_map(|f| f.confirmed);
+                    let halves = body.facets.iter().filter(|f| !body.is_sliver(f));
+                    let halves = halves.filter_map(|f| f.confirmed);
                     let used = |i: &usize| body.facets.iter().any(|f| f.corners.contains(i));
                     let points = (0..body.points.len()).filter(used);
                     (
@@ -430,13 +432,17 @@ impl<'a> Sweep<'a> {
                 range,
             });
         }
+        // A set that is flat but for rounding may have vertices where the programs end beside it: the hull,
+        // which is proved, bounds both.
         let back = |p: Vec<f64>| {
-            let own = p.iter().zip(&self.scale).zip(self.set.c());
-            own.map(|((p, s), c)| c + p * s).collect()
+            let own = p.iter().zip(&self.scale).zip(self.set.c()).zip(&hull);
+            own.map(|(((p, s), c), side)| (c + p * s).clamp(side.lo(), side.hi()))
+                .collect()
         };
+        let volume = volume * self.scale.iter().product::<f64>();
         Ok(Polytope {
             vertices: points.into_iter().map(back).collect(),
-            volume: Some(volume * self.scale.iter().product::<f64>()),
+            volume: Some(volume.min(hull.widths().iter().product())),
             hull,
             slabs,
         })

@@ -5,6 +5,7 @@
 //! it sees by the cone over their rim.
 
 use crate::SetError;
+use std::collections::BTreeMap;
 
 pub(crate) type Point = [f64; 3];
 
@@ -50,6 +51,12 @@ pub(crate) struct Polyhedron {
     pub facets: Vec<Facet>,
 }
 
+/// Twice the area of a triangle below which it is left out of the half-spaces.
+const SLIVER: f64 = 1e-8;
+
+/// A body with more vertices than this is left as it is; its half-spaces hold all the same.
+const MOST_VERTICES: usize = 1000;
+
 /// Normals closer than this, of triangles with the same offset, are those of one face.
 const SAME_FACE: f64 = 1e-9;
 
@@ -83,16 +90,29 @@ impl Polyhedron {
                 continue;
             }
             let (upper, v) = extreme(normal)?;
-            if body.facets[next].height(v) <= near {
+            // A triangle so thin that its normal is rounding may have a vertex beyond it; what was proved of
+            // that direction stands all the same.
+            let known = |p: &Point| {
+                let apart = minus(*p, v);
+                dot(apart, apart) <= near * near
+            };
+            if body.facets[next].height(v) <= near || body.points.iter().any(known) {
                 body.facets[next].confirmed = Some((normal, upper));
                 continue;
             }
             body.points.push(v);
-            if !body.replace_seen(near) {
+            if body.points.len() > MOST_VERTICES || !body.replace_seen(next, near) {
                 body.facets[next].confirmed = Some((normal, upper));
             }
         }
         Ok(Some(body))
+    }
+
+    /// Whether the triangle is so thin that its normal is rounding; the body's size is about 1.
+    pub fn is_sliver(&self, f: &Facet) -> bool {
+        let [a, b, c] = f.corners.map(|i| self.points[i]);
+        let n = cross(minus(b, a), minus(c, a));
+        dot(n, n).sqrt() < SLIVER
     }
 
     /// The volume, by cones over the facets from the first vertex; rounded to nearest.
@@ -105,26 +125,62 @@ impl Polyhedron {
         self.facets.iter().map(cone).sum::<f64>().max(0.0)
     }
 
-    /// Replaces the facets that the last point sees by triangles to their rim; false (and no change) if a
-    /// triangle would be flat.
-    fn replace_seen(&mut self, near: f64) -> bool {
+    /// Replaces the facets that the last point sees, and that hang together with facet `from`, by triangles to
+    /// their rim; false (and no change) if rounding has made the rim anything but one simple loop, or a
+    /// triangle flat.
+    fn replace_seen(&mut self, from: usize, near: f64) -> bool {
         let (points, facets) = (&self.points, &mut self.facets);
         let (v, apex) = (points[points.len() - 1], points.len() - 1);
-        let seen: Vec<bool> = facets.iter().map(|f| f.height(v) > 0.1 * near).collect();
-        let mut edges: Vec<(usize, usize)> = Vec::new();
-        for (f, _) in facets.iter().zip(&seen).filter(|(_, s)| **s) {
+        let edges = |f: &Facet| {
             let [a, b, c] = f.corners;
-            edges.extend([(a, b), (b, c), (c, a)]);
-        }
-        // An edge of two seen facets appears in both directions; the rim in one.
-        let rim: Vec<(usize, usize)> = edges
+            [(a, b), (b, c), (c, a)]
+        };
+        let owner: BTreeMap<(usize, usize), usize> = facets
             .iter()
-            .copied()
-            .filter(|&(a, b)| !edges.contains(&(b, a)))
+            .enumerate()
+            .flat_map(|(i, f)| edges(f).map(|e| (e, i)))
             .collect();
+        let mut seen = vec![false; facets.len()];
+        seen[from] = true;
+        let (mut reached, mut rim) = (vec![from], BTreeMap::new());
+        while let Some(i) = reached.pop() {
+            for (a, b) in edges(&facets[i]) {
+                let Some(&beside) = owner.get(&(b, a)) else {
+                    return false;
+                };
+                if !seen[beside] && facets[beside].height(v) > 0.1 * near {
+                    seen[beside] = true;
+                    reached.push(beside);
+                }
+            }
+        }
+        for (f, _) in facets.iter().zip(&seen).filter(|(_, s)| **s) {
+            for (a, b) in edges(f) {
+                // Each corner of a simple loop is left once.
+                if !seen[owner[&(b, a)]] && rim.insert(a, b).is_some() {
+                    return false;
+                }
+            }
+        }
+        let Some((&first, _)) = rim.first_key_value() else {
+            return false;
+        };
+        let (mut at, mut length) = (first, 0);
+        while length < rim.len() {
+            let Some(&next) = rim.get(&at) else {
+                return false;
+            };
+            (at, length) = (next, length + 1);
+            if at == first {
+                break;
+            }
+        }
+        if at != first || length != rim.len() {
+            return false;
+        }
         let cone: Option<Vec<Facet>> = rim
             .iter()
-            .map(|&(a, b)| Facet::new([a, b, apex], points))
+            .map(|(&a, &b)| Facet::new([a, b, apex], points))
             .collect();
         let Some(cone) = cone else { return false };
         let mut keep = seen.iter().map(|s| !s);
