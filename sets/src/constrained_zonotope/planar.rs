@@ -2,7 +2,7 @@
 //!
 //! The polygon grows from the extreme points along the axes: the outward normal of an edge is a
 //! direction to maximise, and either finds a vertex beyond the edge or shows that it is one. So there are
-//! about two programs a vertex, and no direction is missed.
+//! about two programs a vertex, and no direction is missed unless there are more than 4096 vertices.
 
 use super::ConstrainedZonotope;
 use super::same;
@@ -11,6 +11,9 @@ use crate::lp::LinearProgram;
 
 /// Points closer than this times the size of the set are the same vertex.
 pub(super) const NEAR: f64 = 1e-10;
+
+/// A sweep that has found this many vertices ends with them.
+const MOST_VERTICES: usize = 4096;
 
 impl ConstrainedZonotope {
     /// The vertices of a set of the plane, counter-clockwise from the lowest; a segment has 2, a point 1.
@@ -33,9 +36,10 @@ impl ConstrainedZonotope {
         if polygon.len() == 1 {
             return Ok(polygon);
         }
-        // Every edge is either confirmed or split in two, and a split adds a vertex beyond `near`.
+        // Every edge is either confirmed or split in two, and a split adds a vertex beyond `near`. Extreme points
+        // are rounded and need not be quite extreme, so that alone does not end it.
         let mut edge = 0;
-        while edge < polygon.len() {
+        while edge < polygon.len() && polygon.len() < MOST_VERTICES {
             let (p, q) = (polygon[edge], polygon[(edge + 1) % polygon.len()]);
             let length = distance(p, q);
             let normal = [(q[1] - p[1]) / length, (p[0] - q[0]) / length];
