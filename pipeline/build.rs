@@ -9,17 +9,34 @@ use std::path::{Path, PathBuf};
 
 const TABLES: &[&str] = &["rows.rs", "table.rs"];
 
-/// Stage, whether it reaches the mathematics, and the pipeline's files that it runs.
-const STAGES: &[(&str, bool, &[&str])] = &[
-    ("SIMULATE", true, &["stage/simulate.rs", "experiment"]),
-    ("ESTIMATE", true, &["stage/estimate.rs"]),
-    ("TRACE", true, &["stage/trace.rs", "trace"]),
-    ("REDUCE", true, &["stage/reduce.rs"]),
-    ("SCORE", false, &["stage/score.rs", "statistics.rs"]),
+/// What the stages that estimate can reach outside the pipeline.
+const MATHEMATICS: &[&str] = &["sets/src", "estimation/src"];
+
+/// Stage, what it reaches outside the pipeline, and the pipeline's files that it runs.
+const STAGES: &[(&str, &[&str], &[&str])] = &[
+    (
+        "SIMULATE",
+        MATHEMATICS,
+        &["stage/simulate.rs", "experiment"],
+    ),
+    ("ESTIMATE", MATHEMATICS, &["stage/estimate.rs"]),
+    ("TRACE", MATHEMATICS, &["stage/trace.rs", "trace"]),
+    ("REDUCE", MATHEMATICS, &["stage/reduce.rs"]),
+    (
+        "COUNT",
+        &["sets/src", "estimation/src", "complexity/src"],
+        &["stage/count.rs"],
+    ),
+    ("SCORE", &[], &["stage/score.rs", "statistics.rs"]),
     (
         "COMPARE",
-        false,
+        &[],
         &["stage/compare.rs", "statistics.rs", "published.rs"],
+    ),
+    (
+        "CLAIMS",
+        &["claims/src", "estimation/src/random.rs"],
+        &["stage/claims.rs"],
     ),
 ];
 
@@ -29,12 +46,9 @@ fn main() {
         .parent()
         .expect("the crate lies in the workspace")
         .to_owned();
-    let mathematics = [root.join("sets/src"), root.join("estimation/src")];
-    for (stage, reaches_mathematics, files) in STAGES {
+    for (stage, reached, files) in STAGES {
         let mut sources = vec![root.join("Cargo.lock")];
-        if *reaches_mathematics {
-            sources.extend(mathematics.iter().cloned());
-        }
+        sources.extend(reached.iter().map(|folder| root.join(folder)));
         sources.extend(
             TABLES
                 .iter()
@@ -50,6 +64,8 @@ fn main() {
     for watched in [
         "sets/src",
         "estimation/src",
+        "claims/src",
+        "complexity/src",
         "pipeline/src",
         "experiments",
         "Cargo.lock",

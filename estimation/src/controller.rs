@@ -188,9 +188,12 @@ mod tests {
         assert!(tracking < 6e-4, "{tracking}");
         // At rest λ⁴ e = 6 λ² d/m: the law takes d/m for acceleration that is missing.
         let offset = 6.0 / (0.7 * 16.0);
-        for i in 0..3 {
-            let wanted = FeedbackLinearising::reference(14.99)[0][i];
-            assert!(((x[1499][i] - wanted).abs() - offset).abs() < 0.01, "{i}");
+        let wanted = FeedbackLinearising::reference(14.99)[0];
+        for (found, wanted) in x[1499].iter().zip(wanted) {
+            assert!(
+                ((found - wanted).abs() - offset).abs() < 0.01,
+                "{found} {wanted}"
+            );
         }
         let tilt = x.iter().map(|x| x[7].abs()).fold(0.0, f64::max);
         assert!(tilt < 0.25, "{tilt}");

@@ -6,9 +6,10 @@
 //! one line each below.
 
 use crate::estimators::{
-    BoxStateEst, BoxStateEstSettings, BoxWindow, ConstrainedBelief, Czfo, CzfoSettings, Czmv,
-    CzmvSettings, Ezgkf, EzgkfM, EzgkfSettings, Ezgkp, EzgkpSettings, Gaussian, Inzsmf, Kalman,
-    KalmanSettings, MixedBelief, PoseZonotope, VehicleFilterSettings, Zfo, Zmv, ZonotopeBelief,
+    BoxStateEst, BoxStateEstSettings, BoxWindow, Comb, CombPlus, ConstrainedBelief, Czfo,
+    CzfoSettings, Czmv, CzmvSettings, DCz, DRrsr, DZb, Ezgkf, EzgkfM, EzgkfSettings, Ezgkp,
+    EzgkpSettings, Gaussian, Inzsmf, Kalman, KalmanSettings, Lift, MixedBelief, PolytopeBelief,
+    PolytopeFilterSettings, PoseZonotope, Rrsr, VehicleFilterSettings, Zfo, Zmv, ZonotopeBelief,
     ZonotopeFilterSettings, Zsmf,
 };
 use crate::{EstimationError, Problem};
@@ -338,6 +339,7 @@ beliefs!(
     ZonotopeBelief,
     ConstrainedBelief,
     PoseZonotope,
+    PolytopeBelief,
 );
 
 const VEHICLE_KEYS: [&str; 7] = [
@@ -349,6 +351,8 @@ const VEHICLE_KEYS: [&str; 7] = [
     "remainder",
     "side",
 ];
+
+const POLYTOPE_KEYS: [&str; 4] = ["vectors", "choose", "jacobian", "start"];
 
 const MIXED_KEYS: [&str; 6] = ["phi", "eta", "alpha", "gain", "overbars", "merge_parallel"];
 
@@ -366,6 +370,14 @@ estimators! {
         ["generators", "constraints", "h", "expansion", "remainder"];
     Zsmf, VehicleFilterSettings, PoseZonotope, "zsmf", VEHICLE_KEYS;
     Inzsmf, VehicleFilterSettings, PoseZonotope, "inzsmf", VEHICLE_KEYS;
+    Rrsr, PolytopeFilterSettings, PolytopeBelief, "rrsr", POLYTOPE_KEYS;
+    DRrsr, PolytopeFilterSettings, PolytopeBelief, "d-rrsr", POLYTOPE_KEYS;
+    DZb, PolytopeFilterSettings, PolytopeBelief, "d-zb", POLYTOPE_KEYS;
+    DCz, PolytopeFilterSettings, PolytopeBelief, "d-cz", POLYTOPE_KEYS;
+    Comb, PolytopeFilterSettings, PolytopeBelief, "comb", POLYTOPE_KEYS;
+    CombPlus, PolytopeFilterSettings, PolytopeBelief, "comb+", POLYTOPE_KEYS;
+    Lift, PolytopeFilterSettings, PolytopeBelief, "lift",
+        ["vectors", "choose", "jacobian", "start", "carry"];
 }
 
 /// Whether a state in the box `x` lies in the box `hull`.

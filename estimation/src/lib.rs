@@ -10,6 +10,7 @@ pub mod controller;
 pub mod error;
 pub mod estimator;
 pub mod estimators;
+pub mod online;
 pub mod outline;
 pub mod problem;
 pub mod propagation;
@@ -23,6 +24,7 @@ mod trajectory_error;
 
 pub use error::EstimationError;
 pub use estimator::{AnyBelief, AnyEstimator, Belief, Estimator, EstimatorSettings};
+pub use online::Online;
 pub use problem::{Problem, ProblemError, Uncertain, UncertainError};
 pub use simulate::{Inputs, Trajectory, Truth, simulate};
 pub use system::{AnySystem, System};

@@ -4,10 +4,10 @@
 //! a closed family, [`AnySystem`]: one file each under `systems/`, one line each below.
 
 use crate::EstimationError;
-use crate::systems::{Linear, Lpv, Quadrotor, Raimondo, VanDerPol, VehicleSe2};
+use crate::systems::{Linear, Lpv, Quadrotor, Raimondo, Unicycle, VanDerPol, VehicleSe2};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::number::Real;
-use zonobench_sets::{IntervalVector, Matrix};
+use zonobench_sets::{Interval, IntervalVector, Matrix};
 
 /// One component of a vector: its name and its unit.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -125,7 +125,9 @@ macro_rules! systems {
     };
 }
 
-systems!(Linear, Lpv, VanDerPol, Raimondo, VehicleSe2, Quadrotor);
+systems!(
+    Linear, Lpv, VanDerPol, Raimondo, VehicleSe2, Quadrotor, Unicycle
+);
 
 impl AnySystem {
     /// The value of `kind` in a file.
@@ -137,6 +139,7 @@ impl AnySystem {
             Self::Raimondo(_) => "raimondo",
             Self::VehicleSe2(_) => "vehicle-se2",
             Self::Quadrotor(_) => "quadrotor",
+            Self::Unicycle(_) => "unicycle",
         }
     }
 
@@ -154,6 +157,7 @@ impl AnySystem {
             Self::VanDerPol(s) => Some(s.ts),
             Self::VehicleSe2(s) => Some(s.dt),
             Self::Quadrotor(s) => Some(s.dt),
+            Self::Unicycle(s) => Some(s.t0),
             _ => None,
         }
     }
@@ -162,6 +166,29 @@ impl AnySystem {
     pub fn linear_parts(&self) -> Option<LinearParts> {
         match self {
             Self::Linear(s) => Some(s.parts()),
+            _ => None,
+        }
+    }
+
+    /// Why the system's equations are not defined all over a box of states, where that is known of it.
+    pub fn domain_fault(&self, x: &IntervalVector) -> Option<String> {
+        match self {
+            Self::Raimondo(_) => {
+                let shifted = x[0] + Interval::point(4.0);
+                shifted.contains(0.0).then(|| {
+                    let (lo, hi) = (shifted.lo(), shifted.hi());
+                    format!("4 + x1 may be 0: the set reaches over [{lo}, {hi}]")
+                })
+            }
+            Self::Unicycle(s) => s.reached(x).map(|(i, a)| {
+                format!(
+                    "the set reaches the abscissa of landmark {}: its distance ahead is in [{}, {}], and the \
+                     bearing is not defined at 0",
+                    i + 1,
+                    a.lo(),
+                    a.hi()
+                )
+            }),
             _ => None,
         }
     }
@@ -175,6 +202,7 @@ impl AnySystem {
             Self::Raimondo(_) => None,
             Self::VehicleSe2(_) => None,
             Self::Quadrotor(_) => None,
+            Self::Unicycle(_) => None,
         }
     }
 }

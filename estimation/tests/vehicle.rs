@@ -260,6 +260,28 @@ fn without_an_error_nothing_moves_the_estimate_from_the_truth() {
 }
 
 #[test]
+fn poles_of_a_varying_speed_do_not_hold_the_set_and_the_f_radius_gain_does() {
+    // The poles of each step are inside the unit circle; the product of a step at δν = 1 and one at δν = 3 has the
+    // eigenvalue −4/3 (poles 0, 0). So a pole gain needs a steady speed, and a varying one the F-radius gain.
+    let heading = |gain: &str, speed: fn(usize) -> f64| {
+        let (u, y) = lap(60, |k| [0.0, speed(k)]);
+        let json = format!(r#"{{"kind": "inzsmf", "generators": 60, "gain": {gain}}}"#);
+        let start = [core::f64::consts::FRAC_PI_2, 0.0, 0.0];
+        let beliefs = run(&json, &problem(Form::Group, start, [0.1, 0.5, 0.5]), &u, &y);
+        let width = |k: usize| -> f64 {
+            let g = beliefs[k].state_generators();
+            g.row(0).iter().map(|x| x.abs()).sum()
+        };
+        width(60) / width(20)
+    };
+    let poles = r#"{"longitudinal": 0.5, "lateral": [0.0, 0.0]}"#;
+    let varying = |k: usize| if k % 2 == 0 { 100.0 } else { 300.0 };
+    assert!(heading(poles, varying) > 100.0);
+    assert!(heading(poles, |_| 200.0) < 2.0);
+    assert!(heading(r#""f-radius""#, varying) < 2.0);
+}
+
+#[test]
 fn the_alternative_innovation_gives_the_same_estimates() {
     // z = R' (y − x̂) with C = [0 I], or z = y − x̂ with C = [0 R]: the gains are L and L R', and L z the same.
     // A measurement whose components come one after the other takes the second way. [Li, Remark 6]

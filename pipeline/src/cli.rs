@@ -4,11 +4,13 @@ use crate::engine::{self, Finished};
 use crate::error::Error;
 use crate::experiment::Experiment;
 use crate::lake;
+use crate::ledger;
 use crate::papers::{self, Paper};
 use crate::progress::{Progress, Verbosity};
 use crate::query;
 use crate::report;
 use crate::stage::compare::Scale;
+use crate::stage::count::text as counts_text;
 use crate::store::{Status, Store};
 use crate::tables;
 use crate::tracking;
@@ -93,6 +95,13 @@ enum Command {
         #[command(flatten)]
         lake: LakeArg,
     },
+    /// The papers' claims about cost: what was counted beside what the formulas say
+    Count {
+        /// Paper (all if not given)
+        paper: Option<String>,
+        #[command(flatten)]
+        lake: LakeArg,
+    },
     /// The papers' tables: published, reproduced, interval, verdict
     Tables {
         /// Paper (all if not given)
@@ -125,6 +134,19 @@ enum Command {
         /// Folder for the reports
         #[arg(long, default_value = "reports")]
         out: PathBuf,
+    },
+    /// Try the papers' numbered claims in exact arithmetic: verdict, trials lost, counterexample
+    ///
+    /// Nothing is read or kept: the same command gives the same counts. The lake's table `claims` holds them too.
+    Claims {
+        /// Paper (all if not given)
+        paper: Option<String>,
+        /// Only this claim, with its statement and what follows
+        #[arg(long, value_name = "ID")]
+        claim: Option<String>,
+        /// Threads; all processors if not given
+        #[arg(long, value_parser = number_of_threads)]
+        jobs: Option<usize>,
     },
     /// Rehash every file against the manifest; check schemas, rows, and that no guarantee is violated
     Verify {
@@ -235,12 +257,20 @@ fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
             paper,
             dot,
             lake,
-        } => plan(&experiments(&files, &paper)?, dot, &lake.lake),
+        } => {
+            let papers = if files.is_empty() {
+                papers::load(&paper)?
+            } else {
+                Vec::new()
+            };
+            plan(&experiments(&files, &paper)?, &papers, dot, &lake.lake)
+        }
         Command::Explain {
             target,
             files,
             lake,
         } => explain(&target, &files, &lake.lake),
+        Command::Count { paper, lake } => count(paper.as_deref(), &lake.lake),
         Command::Tables {
             paper,
             table,
@@ -262,6 +292,12 @@ fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
         Command::Report { lake, out } => {
             let written = report::write(&lake.lake, &out)?;
             print(&format!("{written} files in {}\n", out.display()))?;
+            Ok(0)
+        }
+        Command::Claims { paper, claim, jobs } => {
+            let text =
+                threads(jobs)?.install(|| ledger::render(paper.as_deref(), claim.as_deref()))?;
+            print(&text)?;
             Ok(0)
         }
         Command::Verify { lake } => verify(&lake.lake),
@@ -335,8 +371,8 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
         files.extend(engine::publications(f)?);
     }
     for paper in &papers {
-        let comparison = engine::compare(&store, paper, &finished, scale)?;
-        files.extend(engine::paper_publications(paper, &comparison)?);
+        let compared = pool.install(|| engine::compare(&store, paper, &finished, scale))?;
+        files.extend(engine::paper_publications(paper, &compared)?);
     }
     let names: Vec<&str> = papers.iter().map(|p| p.name.as_str()).collect();
     pool.install(|| lake::publish(&lake, files, |paper, _| names.contains(&paper)))?;
@@ -538,17 +574,28 @@ fn experiments(files: &[PathBuf], papers: &[String]) -> Result<Vec<Arc<Experimen
     }
 }
 
-fn plan(experiments: &[Arc<Experiment>], dot: bool, lake: &Path) -> Result<u8, Error> {
+fn plan(
+    experiments: &[Arc<Experiment>],
+    papers: &[Paper],
+    dot: bool,
+    lake: &Path,
+) -> Result<u8, Error> {
     let store = Store::read_only(lake);
     let (mut cached, mut to_run) = (0, 0);
     let mut out = String::new();
     if dot {
         out += "digraph zonobench {\n  rankdir = LR;\n";
     }
-    for experiment in experiments {
-        let planned = engine::plan(&store, experiment);
+    let of_experiments = experiments
+        .iter()
+        .map(|e| (Some(e), engine::plan(&store, e)));
+    let of_papers = papers.iter().map(|p| (None, engine::plan_paper(&store, p)));
+    for (experiment, planned) in of_experiments.chain(of_papers) {
         if dot {
-            out += &engine::dot(experiment, &planned);
+            out += &match experiment {
+                Some(experiment) => engine::dot(experiment, &planned),
+                None => engine::dot_paper(&planned),
+            };
             continue;
         }
         for line in planned {
@@ -588,9 +635,19 @@ fn explain(wanted: &str, files: &[PathBuf], lake: &Path) -> Result<u8, Error> {
     let mut known = Vec::new();
     let mut out = String::new();
     let paper = wanted.split('/').next().unwrap_or_default().to_owned();
-    for experiment in experiments(files, &[paper])? {
+    let mut planned = Vec::new();
+    for experiment in experiments(files, &[paper.clone()])? {
         known.push(experiment.name());
-        for line in engine::plan(&store, &experiment) {
+        planned.push(engine::plan(&store, &experiment));
+    }
+    if files.is_empty() {
+        for paper in papers::load(&[paper])? {
+            known.push(format!("{}/-", paper.name));
+            planned.push(engine::plan_paper(&store, &paper));
+        }
+    }
+    for lines in planned {
+        for line in lines {
             let name = line.target.to_string();
             if name != wanted && !name.starts_with(&format!("{wanted}/")) {
                 continue;
@@ -619,6 +676,23 @@ fn explain(wanted: &str, files: &[PathBuf], lake: &Path) -> Result<u8, Error> {
                 known.join(", ")
             ),
         });
+    }
+    print(&out)?;
+    Ok(0)
+}
+
+fn count(paper: Option<&str>, lake: &Path) -> Result<u8, Error> {
+    let wanted: Vec<String> = paper.into_iter().map(str::to_owned).collect();
+    papers::load(&wanted)?;
+    let store = Store::open(lake)?;
+    let all = zonobench_complexity::PAPERS.into_iter();
+    let mut out = String::new();
+    for name in all.filter(|name| paper.is_none_or(|p| p == *name)) {
+        let counts = counts_text(&engine::counted(&store, name)?);
+        out += &format!("# {name}\n{counts}\n");
+    }
+    if out.is_empty() {
+        out = "this paper claims no cost\n".to_owned();
     }
     print(&out)?;
     Ok(0)

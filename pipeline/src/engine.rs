@@ -9,7 +9,9 @@ use crate::papers::Paper;
 use crate::progress::Progress;
 use crate::rows;
 use crate::stage::estimate::Job;
-use crate::stage::{Experiment, Recordings, compare, estimate, reduce, score, simulate, trace};
+use crate::stage::{
+    Experiment, Recordings, claims, compare, count, estimate, reduce, score, simulate, trace,
+};
 use crate::store::{Artifact, Status, Store, Target};
 use crate::table;
 use rayon::prelude::*;
@@ -167,30 +169,98 @@ fn metrics_of<'a>(
         .collect()
 }
 
-/// Runs (or finds) the comparison of a paper's printed numbers with the results.
+/// A result that belongs to a paper and to none of its experiments.
+fn paper_target(paper: &str, stage: &'static str) -> Target {
+    Target {
+        paper: paper.to_owned(),
+        experiment: "-".to_owned(),
+        stage,
+        estimator: None,
+    }
+}
+
+/// Tries (or finds) a paper's numbered claims.
+fn claims(store: &Store, paper: &str) -> Result<Artifact, Error> {
+    let target = paper_target(paper, "claims");
+    let (artifact, _) = store.run(&target, claims::CODE, &claims::input(paper), |dir| {
+        claims::make(paper, dir)
+    })?;
+    Ok(artifact)
+}
+
+/// Runs (or finds) the counts of a paper's claims about cost, if it has any.
+pub fn count(store: &Store, paper: &str) -> Result<Option<Artifact>, Error> {
+    let Some(input) = count::input(paper) else {
+        return Ok(None);
+    };
+    let target = paper_target(paper, "count");
+    let (artifact, _) = store.run(&target, count::CODE, &input, |dir| count::make(paper, dir))?;
+    Ok(Some(artifact))
+}
+
+/// The rows of [`count`].
+pub fn counted(store: &Store, paper: &str) -> Result<Vec<rows::Complexity>, Error> {
+    match count(store, paper)? {
+        Some(artifact) => table::read(&file(&artifact, count::FILE)?),
+        None => Ok(Vec::new()),
+    }
+}
+
+/// What would run of a paper apart from its experiments.
+pub fn plan_paper(store: &Store, paper: &Paper) -> Vec<Planned> {
+    let look = |stage, code: &str, input: &Value| {
+        let target = paper_target(&paper.name, stage);
+        let status = store.status(&target, code, input);
+        Planned { target, status }
+    };
+    let mut planned = vec![look("claims", claims::CODE, &claims::input(&paper.name))];
+    if let Some(input) = count::input(&paper.name) {
+        planned.push(look("count", count::CODE, &input));
+    }
+    planned
+}
+
+/// What a paper's results are beside its experiments.
+pub struct Compared {
+    comparison: Artifact,
+    claims: Artifact,
+    complexity: Option<Artifact>,
+}
+
+/// Runs (or finds) a paper's claims and counts, and the comparison of its printed numbers with them and with
+/// the results.
 pub fn compare(
     store: &Store,
     paper: &Paper,
     finished: &[Finished],
     scale: compare::Scale,
-) -> Result<Artifact, Error> {
+) -> Result<Compared, Error> {
     let contents: BTreeMap<&str, &str> = finished
         .iter()
         .filter(|f| f.experiment.paper == paper.name)
         .map(|f| (f.experiment.id.as_str(), f.metrics.content.as_str()))
         .collect();
-    let target = Target {
-        paper: paper.name.clone(),
-        experiment: "-".to_owned(),
-        stage: "compare",
-        estimator: None,
-    };
-    let input = compare::input(paper, &contents, scale);
+    let target = paper_target(&paper.name, "compare");
+    let claims = claims(store, &paper.name)?;
+    let complexity = count(store, &paper.name)?;
+    let counts = complexity.as_ref().map(|a| a.content.as_str());
+    let input = compare::input(paper, &contents, &claims.content, counts, scale);
     let metrics = metrics_of(finished, &paper.name)?;
-    let (artifact, _) = store.run(&target, compare::CODE, &input, |dir| {
-        compare::make(paper, &metrics, scale, dir)
+    let (comparison, _) = store.run(&target, compare::CODE, &input, |dir| {
+        let ledgers = compare::Ledgers {
+            claims: table::read(&file(&claims, claims::FILE)?)?,
+            complexity: match &complexity {
+                Some(artifact) => table::read(&file(artifact, count::FILE)?)?,
+                None => Vec::new(),
+            },
+        };
+        compare::make(paper, &metrics, ledgers, scale, dir)
     })?;
-    Ok(artifact)
+    Ok(Compared {
+        comparison,
+        claims,
+        complexity,
+    })
 }
 
 fn copy(
@@ -314,13 +384,14 @@ pub fn publications(finished: &Finished) -> Result<Vec<Publication<'static>>, Er
     Ok(files)
 }
 
-/// The files of the lake that come from a paper's comparison.
+/// The files of the lake that come from a paper's claims and its comparison.
 pub fn paper_publications(
     paper: &Paper,
-    comparison: &Artifact,
+    compared: &Compared,
 ) -> Result<Vec<Publication<'static>>, Error> {
     let path = |table: &str| paper_table_path(table, &paper.name);
-    Ok(vec![
+    let comparison = &compared.comparison;
+    let mut files = vec![
         copy(
             path("published"),
             "published",
@@ -333,7 +404,12 @@ pub fn paper_publications(
             comparison,
             "comparison.parquet",
         )?,
-    ])
+        copy(path("claims"), "claims", &compared.claims, claims::FILE)?,
+    ];
+    if let Some(counts) = &compared.complexity {
+        files.push(copy(path("complexity"), "complexity", counts, count::FILE)?);
+    }
+    Ok(files)
 }
 
 /// Writes the timings of one experiment into the lake; they are not vouched for.
@@ -446,6 +522,20 @@ pub fn plan(store: &Store, experiment: &Experiment) -> Vec<Planned> {
         metrics.map(|a| score::input(&a.content)),
     );
     out
+}
+
+/// What a paper has beside its experiments, as nodes of a Graphviz graph.
+pub fn dot_paper(planned: &[Planned]) -> String {
+    let node = |p: &Planned| {
+        let style = if p.status == Status::Cached {
+            "solid"
+        } else {
+            "bold"
+        };
+        let (target, stage, paper) = (&p.target, p.target.stage, &p.target.paper);
+        format!("  \"{target}\" [label = \"{stage} of {paper}\", shape = box, style = {style}];\n")
+    };
+    planned.iter().map(node).collect()
 }
 
 /// The stages of an experiment as a cluster of a Graphviz graph; what would run is drawn bold.

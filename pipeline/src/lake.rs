@@ -310,6 +310,8 @@ fn tables() -> Vec<TableInfo> {
         info::<rows::Score>(true),
         info::<rows::Published>(true),
         info::<rows::Comparison>(true),
+        info::<rows::Claim>(true),
+        info::<rows::Complexity>(true),
         info::<rows::Timing>(false),
         info::<rows::TimingComparison>(false),
     ]

@@ -10,6 +10,7 @@ pub mod engine;
 pub mod error;
 pub mod experiment;
 pub mod lake;
+pub mod ledger;
 pub mod papers;
 pub mod progress;
 pub mod published;

@@ -61,7 +61,13 @@ fn frame(lake: &Path, table: &str, files: &[PathBuf]) -> Result<LazyFrame, Polar
 
 /// A Hive-partitioned folder of Parquet files; its keys are strings, whatever they look like.
 fn scan(folder: &Path) -> Result<LazyFrame, PolarsError> {
-    let by_paper = ["published", "comparison", "timing_comparison"];
+    let by_paper = [
+        "published",
+        "comparison",
+        "claims",
+        "complexity",
+        "timing_comparison",
+    ];
     let paper_alone = folder
         .file_name()
         .is_some_and(|name| by_paper.iter().any(|t| name == *t));

@@ -179,6 +179,36 @@ table! {
 }
 
 table! {
+    /// A numbered claim of a paper (theorem, proposition, lemma, corollary, remark) put to the test in exact arithmetic.
+    Claim => "claims" sorted by 0 {
+        claim: Name, "1", "name of the claim within the paper";
+        statement: Name, "1", "what the paper says, shortened";
+        verdict: Name, "1", "holds, holds_as_bound (an equality of which the inequality remains), does_not_hold or not_tested: computed from the trials";
+        trials: i64, "1", "trials of the claim as printed";
+        lost: i64, "1", "trials in which it failed";
+        counterexample: Name, "1", "the smallest counterexample known, evaluated exactly; empty if none";
+        consequence: Name, "1", "what follows for a method that uses it, and the trials of the repaired claim";
+    }
+}
+
+table! {
+    /// A claim about cost held against counts: first its verdict, then the sizes that it was tried at.
+    Complexity => "complexity" sorted by 0 {
+        claim: Name, "1", "name of the claim";
+        sweep_variable: Option<Name>, "1", "the size that varies; all where every size does; null in the row that has the claim's verdict";
+        size: Option<i64>, "1", "its value";
+        counted: Option<f64>, "1", "operations counted, or carried by a formula that equals the count at every size that ran";
+        formula: Option<f64>, "1", "what the printed formula gives";
+        ratio: Option<f64>, "1", "counted / formula";
+        fitted_degree: Option<f64>, "1", "the power of the size that the count grows with over the sweep";
+        degree_lo: Option<f64>, "1", "lower end of its 95 % interval; equal to the degree where that is exact";
+        degree_hi: Option<f64>, "1", "upper end of its 95 % interval";
+        verdict: Name, "1", "holds, holds_as_bound or does_not_hold: of the claim, and of each sweep alone";
+        reason: Name, "1", "why, with measured numbers";
+    }
+}
+
+table! {
     /// How long steps took. Never hashed, never in a snapshot.
     Timing => "timings" sorted by 1 {
         estimator: Name, "1", "name in the experiment file";
@@ -186,6 +216,8 @@ table! {
         steps: i64, "1", "steps timed";
         total_ns: i64, "ns", "time in the estimator over the run";
         median_ns: i64, "ns", "median time of a step";
+        p999_ns: i64, "ns", "time that 99.9 % of the steps do not exceed";
+        late: Option<i64>, "1", "steps that took longer than the system's sampling period; null if it has none";
         max_ns: i64, "ns", "longest step";
     }
 }

@@ -20,11 +20,13 @@
 //! | `/run/info` | JSON | what this is |
 //!
 //! Above two components a set is drawn over pairs of axes, a topic and a frame a pair
-//! (`…/set_x_y` in `x_y`). One component is drawn over time.
+//! (`…/set_x_y` in `x_y`). One component is drawn over time. A state that begins with a position in space is
+//! drawn there too, in the frame `space`.
 
 mod layout;
 mod messages;
 mod schemas;
+mod space;
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -744,6 +746,7 @@ impl Recording {
         );
         let log = steps().filter_map(|(s, at)| warning(trace, s, at));
         topic("/log".to_owned(), LOG, log.collect());
+        topics.extend(space::topics(trace, &moments));
         Ok(Recording { topics })
     }
 

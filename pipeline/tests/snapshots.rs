@@ -9,7 +9,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use zonobench::lake::{paper_table_path, table_path};
-use zonobench::rows::{Belief, Comparison, Estimate, EstimatorInfo, Metric, Score, Set, Truth};
+use zonobench::rows::{
+    Belief, Claim, Comparison, Complexity, Estimate, EstimatorInfo, Metric, Score, Set, Truth,
+};
 use zonobench::stage::compare::four_digits;
 use zonobench::table::{self, Name};
 
@@ -73,6 +75,39 @@ fn comparison(lake: &Path, paper: &str) -> String {
         );
     }
     out
+}
+
+fn claims(lake: &Path, paper: &str) -> String {
+    let path = lake.join(paper_table_path("claims", paper));
+    let mut out = "claim | verdict | lost of trials | counterexample | consequence\n".to_owned();
+    for c in table::read::<Claim>(&path).expect("claims") {
+        let (claim, verdict) = (c.claim, c.verdict);
+        out += &format!("{claim} | {verdict} | {} of {} | ", c.lost, c.trials);
+        out += &format!("{} | {}\n", c.counterexample, c.consequence);
+    }
+    out
+}
+
+/// Counts in full, degrees to two digits; None for a paper that claims no cost.
+fn complexity(lake: &Path, paper: &str) -> Option<String> {
+    let path = lake.join(paper_table_path("complexity", paper));
+    if !path.exists() {
+        return None;
+    }
+    let mut out = "claim | swept | size | counted | formula | degree | verdict\n".to_owned();
+    for r in table::read::<Complexity>(&path).expect("counts") {
+        let size = r.size.map_or_else(|| "-".to_owned(), |n| n.to_string());
+        let counted = optional(r.counted, |x| format!("{x}"));
+        let degree = optional(r.fitted_degree, |x| format!("{x:.2}"));
+        out += &format!(
+            "{} | {} | {size} | {counted} | {} | {degree} | {}\n",
+            r.claim,
+            name(&r.sweep_variable),
+            optional(r.formula, six),
+            r.verdict
+        );
+    }
+    Some(out)
 }
 
 /// Number, least, greatest and mean of the finite values of a column.
@@ -190,6 +225,11 @@ fn the_published_experiments_give_the_accepted_numbers() {
     settings.bind(|| {
         for paper in zonobench::papers::load(&[]).expect("the embedded experiments are valid") {
             insta::assert_snapshot!(paper.name.clone(), comparison(&lake, &paper.name));
+            let text = claims(&lake, &paper.name);
+            insta::assert_snapshot!(format!("{}__claims", paper.name), text);
+            if let Some(text) = complexity(&lake, &paper.name) {
+                insta::assert_snapshot!(format!("{}__complexity", paper.name), text);
+            }
             for e in &paper.experiments {
                 let text = experiment(&lake, &paper.name, &e.id);
                 insta::assert_snapshot!(format!("{}__{}", paper.name, e.id), text);

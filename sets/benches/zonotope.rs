@@ -2,6 +2,8 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
+use zonobench_sets::matrix::dot;
+use zonobench_sets::ops;
 use zonobench_sets::reduction::{combastel, girard, parallel};
 use zonobench_sets::{Matrix, Zonotope};
 
@@ -49,5 +51,31 @@ fn operations(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, operations);
+/// A kernel with the tally off beside the loops alone, which look at no flag, and with the tally on.
+fn tally(criterion: &mut Criterion) {
+    for n in [2, 12] {
+        let m = Matrix::from_fn(n, n, |i, j| 1.0 / (1 + i + 2 * j) as f64);
+        let mut group = criterion.benchmark_group(format!("tally_gram_{n}"));
+        group.bench_function("loops", |b| {
+            b.iter(|| {
+                let m = black_box(&m);
+                let mut out = Matrix::zeros(n, n);
+                for i in 0..n {
+                    for j in 0..=i {
+                        let s = dot(m.row(i), m.row(j));
+                        out[(i, j)] = s;
+                        out[(j, i)] = s;
+                    }
+                }
+                out
+            });
+        });
+        group.bench_function("off", |b| b.iter(|| black_box(&m).gram()));
+        group.bench_function("on", |b| {
+            ops::tally(|| b.iter(|| black_box(&m).gram()));
+        });
+    }
+}
+
+criterion_group!(benches, operations, tally);
 criterion_main!(benches);

@@ -149,10 +149,12 @@ impl IntervalMatrix {
     }
 
     fn product<I: Iterator<Item = Interval>>(&self, cols: usize, row: impl Fn(usize) -> I) -> Self {
-        ops::count(
-            self.rows * cols * self.cols,
-            self.rows * cols * self.cols.saturating_sub(1),
-        );
+        ops::count_of(|| {
+            products(
+                self.data.iter().filter(|&&a| a != Interval::ZERO).count() * cols,
+                self.rows * cols,
+            )
+        });
         let mut out = Self::zeros(self.rows, cols);
         for i in 0..self.rows {
             let target = &mut out.data[i * cols..(i + 1) * cols];
@@ -171,10 +173,7 @@ impl IntervalMatrix {
     /// Contains every product A x.
     pub fn mul_vec(&self, x: &IntervalVector) -> IntervalVector {
         assert_eq!(self.cols, x.dim(), "matrix times box: dimensions agree");
-        ops::count(
-            self.rows * self.cols,
-            self.rows * self.cols.saturating_sub(1),
-        );
+        ops::count_of(|| products(self.data.len(), self.rows));
         let entry = |i| {
             self.row(i)
                 .iter()
@@ -196,7 +195,7 @@ impl IntervalMatrix {
 
     /// Contains every s A.
     pub fn scale(&self, s: Interval) -> Self {
-        ops::count(self.data.len(), 0);
+        ops::count(4 * self.data.len(), 0);
         Self {
             rows: self.rows,
             cols: self.cols,
@@ -253,7 +252,7 @@ impl IntervalMatrix {
             (b.rows, b.cols),
             "entrywise: shapes agree"
         );
-        ops::count(0, self.data.len());
+        ops::count(0, 2 * self.data.len());
         let data = self
             .data
             .iter()
@@ -432,4 +431,33 @@ impl fmt::Debug for IntervalMatrix {
             .entries((0..self.rows).map(|i| self.row(i)))
             .finish()
     }
+}
+
+/// Multiplications and additions of `terms` interval products that are summed to `sums`: a product of intervals
+/// takes the four products of their bounds, a sum two additions.
+fn products(terms: usize, sums: usize) -> (usize, usize) {
+    (4 * terms, 2 * terms.saturating_sub(sums))
+}
+
+/// start + Σ_j m_j x_j in ascending j, where exact zeros of the row add nothing.
+#[inline]
+pub fn dot(start: Interval, row: &[Interval], x: &[Interval]) -> Interval {
+    let zero = Interval::ZERO;
+    let first = usize::from(start == zero);
+    ops::count_of(|| products(row.iter().filter(|&&m| m != zero).count(), first));
+    row.iter()
+        .zip(x)
+        .filter(|(m, _)| **m != zero)
+        .fold(start, |sum, (&m, &x)| sum + m * x)
+}
+
+/// [`dot`] for a row of f64.
+#[inline]
+pub fn real_dot(start: Interval, row: &[f64], x: &[Interval]) -> Interval {
+    let first = usize::from(start == Interval::ZERO);
+    ops::count_of(|| products(row.iter().filter(|&&m| m != 0.0).count(), first));
+    row.iter()
+        .zip(x)
+        .filter(|(m, _)| **m != 0.0)
+        .fold(start, |sum, (&m, &x)| sum + x * m)
 }

@@ -3,7 +3,9 @@
 //! Stored by rows, because generators are many and states few: a row of G is long, and every kernel
 //! here runs along it. Entry (i, j) of a product is Σ_k a_ik·b_kj summed in ascending k, one rounding
 //! a product and one a sum, never fused, so the bits do not depend on the processor. This is the only
-//! file that names nalgebra, which provides the factorizations.
+//! file that names nalgebra, which provides the factorizations. The loops stand in `kernels`.
+
+mod kernels;
 
 use crate::{SetError, ops};
 use nalgebra::DMatrix;
@@ -195,20 +197,7 @@ impl Matrix {
             self.rows * b.cols * self.cols,
             self.rows * b.cols * self.cols.saturating_sub(1),
         );
-        for i in 0..self.rows {
-            let target = &mut out.data[i * b.cols..(i + 1) * b.cols];
-            for (k, &m) in self.row(i).iter().enumerate() {
-                if k == 0 {
-                    for (t, &x) in target.iter_mut().zip(b.row(0)) {
-                        *t = m * x;
-                    }
-                } else {
-                    for (t, &x) in target.iter_mut().zip(b.row(k)) {
-                        *t += m * x;
-                    }
-                }
-            }
-        }
+        kernels::product(self.cols, &self.data, b.cols, &b.data, &mut out.data);
     }
 
     /// M Bᵀ, entry (i, j) = `dot`(row i of M, row j of B).
@@ -224,6 +213,27 @@ impl Matrix {
         Self::from_fn(self.rows, b.rows, |i, j| dot(self.row(i), b.row(j)))
     }
 
+    /// M += B.
+    pub fn add_assign(&mut self, b: &Matrix) {
+        ops::count(0, self.data.len());
+        for (m, b) in self.data.iter_mut().zip(&b.data) {
+            *m += b;
+        }
+    }
+
+    /// (M + Mᵀ)/2 in place, for a square M.
+    pub fn symmetrize(&mut self) {
+        let n = self.rows;
+        ops::count(n * n.saturating_sub(1) / 2, n * n.saturating_sub(1) / 2);
+        for i in 0..n {
+            for j in 0..i {
+                let mean = 0.5 * (self[(i, j)] + self[(j, i)]);
+                self[(i, j)] = mean;
+                self[(j, i)] = mean;
+            }
+        }
+    }
+
     /// M Mᵀ, exactly symmetric.
     pub fn gram(&self) -> Self {
         let n = self.rows;
@@ -232,13 +242,7 @@ impl Matrix {
             n * (n + 1) / 2 * self.cols.saturating_sub(1),
         );
         let mut out = Self::zeros(n, n);
-        for i in 0..n {
-            for j in 0..=i {
-                let s = dot(self.row(i), self.row(j));
-                out[(i, j)] = s;
-                out[(j, i)] = s;
-            }
-        }
+        kernels::gram(self.cols, &self.data, n, &mut out.data);
         out
     }
 
@@ -250,8 +254,36 @@ impl Matrix {
             self.rows * self.cols.saturating_sub(1),
         );
         (0..self.rows)
-            .map(|i| self.row(i).iter().zip(v).fold(0.0, |s, (&m, &x)| s + m * x))
+            .map(|i| kernels::chain(self.row(i), v))
             .collect()
+    }
+
+    /// t += M v, entry by entry in ascending k.
+    pub fn add_mul_vec(&self, v: &[f64], t: &mut [f64]) {
+        assert_eq!(self.cols, v.len(), "matrix times vector: dimensions agree");
+        assert_eq!(self.rows, t.len(), "sum with a product: dimensions agree");
+        ops::count(self.data.len(), self.data.len());
+        for (i, t) in t.iter_mut().enumerate() {
+            for (m, x) in self.row(i).iter().zip(v) {
+                *t += m * x;
+            }
+        }
+    }
+
+    /// t −= M v, entry by entry in ascending k.
+    pub fn sub_mul_vec(&self, v: &[f64], t: &mut [f64]) {
+        assert_eq!(self.cols, v.len(), "matrix times vector: dimensions agree");
+        assert_eq!(
+            self.rows,
+            t.len(),
+            "difference with a product: dimensions agree"
+        );
+        ops::count(self.data.len(), self.data.len());
+        for (i, t) in t.iter_mut().enumerate() {
+            for (m, x) in self.row(i).iter().zip(v) {
+                *t -= m * x;
+            }
+        }
     }
 
     /// M + B.
@@ -270,6 +302,12 @@ impl Matrix {
         self.map(|x| s * x)
     }
 
+    /// M / s.
+    pub fn divide(&self, s: f64) -> Self {
+        ops::count(self.data.len(), 0);
+        self.map(|x| x / s)
+    }
+
     /// |M|, entrywise.
     pub fn abs(&self) -> Self {
         self.map(f64::abs)
@@ -277,6 +315,7 @@ impl Matrix {
 
     /// (M + Mᵀ)/2.
     pub fn symmetrized(&self) -> Self {
+        ops::count(self.data.len(), self.data.len());
         Self::from_fn(self.rows, self.cols, |i, j| {
             0.5 * (self[(i, j)] + self[(j, i)])
         })
@@ -340,6 +379,7 @@ impl Matrix {
 
     /// Eigenvalues λ and orthonormal eigenvectors V (columns) of the symmetric part, M = V diag(λ) Vᵀ.
     pub fn symmetric_eigen(&self) -> (Vec<f64>, Matrix) {
+        ops::decomposition(self.rows, self.cols);
         let eigen = self.symmetrized().to_nalgebra().symmetric_eigen();
         (
             eigen.eigenvalues.iter().copied().collect(),
@@ -349,6 +389,7 @@ impl Matrix {
 
     /// The singular values, largest first.
     pub fn singular_values(&self) -> Vec<f64> {
+        ops::decomposition(self.rows, self.cols);
         let mut s: Vec<f64> = self
             .to_nalgebra()
             .singular_values()
@@ -369,6 +410,7 @@ impl Matrix {
 
     /// M⁻¹ by LU with partial pivoting, rounded to nearest (a heuristic where a guarantee is at stake).
     pub fn inverse(&self) -> Result<Matrix, SetError> {
+        ops::decomposition(self.rows, self.cols);
         let inverse = self
             .to_nalgebra()
             .try_inverse()
@@ -389,21 +431,12 @@ impl Matrix {
         assert_eq!(n, self.cols, "Cholesky factor: the matrix is square");
         ops::count(n * (n + 1) * (n + 2) / 6, n * (n * n - 1) / 6);
         let mut l = Self::zeros(n, n);
-        for j in 0..n {
-            for i in j..n {
-                let s = (0..j).fold(self[(i, j)], |s, k| s - l[(i, k)] * l[(j, k)]);
-                if i > j {
-                    l[(i, j)] = s / l[(j, j)];
-                } else if s > f64::EPSILON * self[(j, j)] && s.is_finite() {
-                    l[(j, j)] = s.sqrt();
-                } else {
-                    return Err(SetError::Singular {
-                        op: "Cholesky factor",
-                    });
-                }
-            }
+        match kernels::cholesky(n, &self.data, &mut l.data) {
+            true => Ok(l),
+            false => Err(SetError::Singular {
+                op: "Cholesky factor",
+            }),
         }
-        Ok(l)
     }
 
     /// X with M X = B, for a symmetric positive definite M, by its Cholesky factor.
@@ -412,16 +445,7 @@ impl Matrix {
         let (n, l) = (self.rows, self.cholesky()?);
         ops::count(n * (n + 1) * b.cols, n * n.saturating_sub(1) * b.cols);
         let mut x = b.clone();
-        for j in 0..b.cols {
-            for i in 0..n {
-                let s = (0..i).fold(x[(i, j)], |s, k| s - l[(i, k)] * x[(k, j)]);
-                x[(i, j)] = s / l[(i, i)];
-            }
-            for i in (0..n).rev() {
-                let s = (i + 1..n).fold(x[(i, j)], |s, k| s - l[(k, i)] * x[(k, j)]);
-                x[(i, j)] = s / l[(i, i)];
-            }
-        }
+        kernels::solve(n, &l.data, b.cols, &mut x.data);
         Ok(x)
     }
 
@@ -430,6 +454,7 @@ impl Matrix {
         let cut = self.singular_values().first().copied().unwrap_or(0.0)
             * f64::EPSILON
             * self.rows.max(self.cols) as f64;
+        ops::decomposition(self.rows, self.cols);
         let inverse = self
             .to_nalgebra()
             .pseudo_inverse(cut)
@@ -479,40 +504,13 @@ impl fmt::Debug for Matrix {
 /// Σ a_i b_i in eight interleaved lanes, added up as a fixed tree.
 #[inline]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut lanes = [0.0; 8];
-    let (a8, b8) = (a.chunks_exact(8), b.chunks_exact(8));
-    let (a_rest, b_rest) = (a8.remainder(), b8.remainder());
-    for (x, y) in a8.zip(b8) {
-        for i in 0..8 {
-            lanes[i] += x[i] * y[i];
-        }
-    }
-    for (i, (x, y)) in a_rest.iter().zip(b_rest).enumerate() {
-        lanes[i] += x * y;
-    }
-    tree(lanes)
+    kernels::dot(a, b)
 }
 
 /// Σ |a_i| in eight interleaved lanes, added up as a fixed tree. At most len/8 + 4 additions in a row.
 #[inline]
 pub fn abs_sum(a: &[f64]) -> f64 {
-    let mut lanes = [0.0; 8];
-    let a8 = a.chunks_exact(8);
-    let rest = a8.remainder();
-    for x in a8 {
-        for i in 0..8 {
-            lanes[i] += x[i].abs();
-        }
-    }
-    for (i, x) in rest.iter().enumerate() {
-        lanes[i] += x.abs();
-    }
-    tree(lanes)
-}
-
-#[inline]
-fn tree(l: [f64; 8]) -> f64 {
-    ((l[0] + l[1]) + (l[2] + l[3])) + ((l[4] + l[5]) + (l[6] + l[7]))
+    kernels::abs_sum(a)
 }
 
 #[cfg(test)]

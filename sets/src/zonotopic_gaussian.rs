@@ -1,6 +1,6 @@
 //! A zonotope with a Gaussian added: what the mixed set-membership and Kalman filters carry.
 
-use crate::{Ellipsoid, IntervalVector, Matrix, SetError};
+use crate::{Ellipsoid, IntervalVector, Matrix, SetError, ops};
 
 /// x = c + G ξ + g with |ξ| ≤ 1 unknown and g ~ N(0, P).
 ///
@@ -83,6 +83,8 @@ impl ZonotopicGaussian {
     ///
     /// Source: [dePaula, Eqs. (14), (15)].
     pub fn confidence_radius(&self, sigma: f64) -> Vec<f64> {
+        let _stage = ops::stage(ops::Stage::Hull);
+        ops::count(2 * self.dim(), self.dim());
         let sums = self.g.abs_row_sums();
         let deviation = |i: usize| (sigma * self.p[(i, i)].max(0.0)).sqrt();
         (0..self.dim()).map(|i| sums[i] + deviation(i)).collect()

@@ -286,3 +286,25 @@ fn bad_shapes_are_errors() {
             .is_err()
     );
 }
+
+#[test]
+fn a_box_around_a_point_is_found_inside_a_set_without_a_rounding_box() {
+    // A thin parallelogram cut by x₁ + x₂ ∈ [−1, 1]/2: 10⁻⁵ beside 1, and the truth known to 10⁻¹².
+    let g = Matrix::from_rows(&[[1.0, 0.5, 0.0], [1e-5, -1e-5, 0.0]]).unwrap();
+    let a = Matrix::from_rows(&[[1.0, 1.0, -0.5]]).unwrap();
+    let x = ConstrainedZonotope::new(vec![0.0; 2], g, a, vec![0.0]).unwrap();
+    let around = |p: [f64; 2], r: f64| p.map(|c| Interval::from_center_radius(c, r));
+    assert_eq!(
+        x.contains(&around([0.1, 1e-6], 1e-12)).unwrap(),
+        Containment::Inside
+    );
+    // On the boundary, where half of the box is outside; and out.
+    assert_ne!(
+        x.contains(&around([0.375, 0.0], 1e-9)).unwrap(),
+        Containment::Inside
+    );
+    assert_eq!(
+        x.contains(&around([0.1, 3e-5], 1e-12)).unwrap(),
+        Containment::Outside
+    );
+}

@@ -11,7 +11,7 @@ pub fn claims() -> Vec<Claim> {
     vec![
         claim(
             "assumption-2",
-            "Jacobian bounds over the set Z (Assumption 2) are enough for Lemma 2",
+            "(a reading of Assumption 2) Jacobian bounds over the set Z are enough for Lemma 2",
             "they have to hold on the whole box of the generators, as Proposition 4 asks",
             domain,
         ),

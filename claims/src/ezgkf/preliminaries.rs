@@ -39,7 +39,7 @@ pub fn claims() -> Vec<Claim> {
         ),
         claim(
             "lemma-2-level",
-            "the confidence box is the set of the confidence level 1 - alpha",
+            "(a reading of I^alpha) the confidence box has the confidence level 1 - alpha",
             "its probability is at least 1 - alpha, and larger from two dimensions on",
             level,
         ),

@@ -12,6 +12,7 @@ use crate::estimator::{
 use crate::system::LinearParts;
 use crate::{EstimationError, Problem, Uncertain};
 use serde::{Deserialize, Serialize};
+use zonobench_sets::interval_matrix::{dot, real_dot};
 use zonobench_sets::{Interval, IntervalMatrix, IntervalVector, Matrix};
 
 const KIND: &str = "box-state-est";
@@ -292,12 +293,8 @@ impl BoxStateEst {
         let predicted = &belief.predictions[..n];
         let mut past = Vec::with_capacity(n);
         for (i, prediction) in predicted.iter().enumerate() {
-            let mut x = times(inversion.defect.row(i), predicted);
-            for (&q, &r) in inversion.q.row(i).iter().zip(&side) {
-                if q != 0.0 {
-                    x = x + r * q;
-                }
-            }
+            let x = times(inversion.defect.row(i), predicted);
+            let x = real_dot(x, inversion.q.row(i), &side);
             past.push(
                 x.intersect(prediction)
                     .ok_or(EstimationError::Inconsistent { k })?,
@@ -347,7 +344,7 @@ impl Estimator for BoxStateEst {
         } else {
             let a = &self.parts.a;
             let mut x: Vec<Interval> = (0..n)
-                .map(|i| real_times(a.row(i), belief.bounds.as_slice()) + self.d[i])
+                .map(|i| real_dot(Interval::ZERO, a.row(i), belief.bounds.as_slice()) + self.d[i])
                 .collect();
             for (i, x) in x.iter_mut().enumerate() {
                 for (&b, &u) in self.parts.b.row(i).iter().zip(u_prev) {
@@ -502,19 +499,7 @@ fn toeplitz(
 /// Σ_j m_j x_j, where exact zeros add nothing.
 #[inline]
 fn times(row: &[Interval], x: &[Interval]) -> Interval {
-    row.iter()
-        .zip(x)
-        .filter(|(m, _)| **m != Interval::ZERO)
-        .fold(Interval::ZERO, |sum, (&m, &x)| sum + m * x)
-}
-
-/// [`times`] for a row of f64.
-#[inline]
-fn real_times(row: &[f64], x: &[Interval]) -> Interval {
-    row.iter()
-        .zip(x)
-        .filter(|(m, _)| **m != 0.0)
-        .fold(Interval::ZERO, |sum, (&m, &x)| sum + x * m)
+    dot(Interval::ZERO, row, x)
 }
 
 /// x += M u.

@@ -1,6 +1,6 @@
 //! The Kalman filter, against which the set estimators are compared.
 
-use super::linear_output::{LinearOutput, add_assign, complement, congruence, gain};
+use super::linear_output::{LinearOutput, complement, congruence, gain};
 use crate::error::finite_vector;
 use crate::estimator::{Belief, Containment, Estimator, Measurement, Phase, Shape, Size};
 use crate::{EstimationError, Problem};
@@ -97,7 +97,7 @@ impl Kalman {
         let mean = problem.v.gaussian_mean().to_vec();
         let output = LinearOutput::new(parts.c, parts.d, mean, &problem.v);
         let mut s = congruence(&output.c, &prior.covariance);
-        add_assign(&mut s, &output.covariance);
+        s.add_assign(&output.covariance);
         if s.cholesky().is_err() {
             let expected = "such that S = C P C' + R is positive definite";
             let got = format!("S = {s:?} at k = 0");
@@ -134,14 +134,12 @@ impl Estimator for Kalman {
     ) -> Result<Gaussian, EstimationError> {
         finite_vector("input u", u_prev, self.b.cols())?;
         let mut mean = self.a.mul_vec(&belief.mean);
-        for (i, x) in mean.iter_mut().enumerate() {
-            for (b, u) in self.b.row(i).iter().zip(u_prev) {
-                *x += b * u;
-            }
-            *x += self.w_mean[i];
+        self.b.add_mul_vec(u_prev, &mut mean);
+        for (x, w) in mean.iter_mut().zip(&self.w_mean) {
+            *x += w;
         }
         let mut covariance = congruence(&self.a, &belief.covariance);
-        add_assign(&mut covariance, &self.w_covariance);
+        covariance.add_assign(&self.w_covariance);
         Ok(Gaussian { mean, covariance })
     }
 
@@ -159,22 +157,14 @@ impl Estimator for Kalman {
         let p = &belief.covariance;
         let pct = p.mul_transpose(&output.c);
         let mut s = output.c.mul(&pct);
-        add_assign(&mut s, &output.covariance);
+        s.add_assign(&output.covariance);
         let gain = gain(&pct, &s).map_err(EstimationError::at(k, "gain"))?;
+        let mut innovation = z;
+        output.c.sub_mul_vec(&belief.mean, &mut innovation);
         let mut mean = belief.mean.clone();
-        for (l, &z) in z.iter().enumerate() {
-            let innovation = output
-                .c
-                .row(l)
-                .iter()
-                .zip(&belief.mean)
-                .fold(z, |e, (c, x)| e - c * x);
-            for (i, x) in mean.iter_mut().enumerate() {
-                *x += gain[(i, l)] * innovation;
-            }
-        }
+        gain.add_mul_vec(&innovation, &mut mean);
         let mut covariance = congruence(&complement(&gain, &output.c), p);
-        add_assign(&mut covariance, &congruence(&gain, &output.covariance));
+        covariance.add_assign(&congruence(&gain, &output.covariance));
         Ok(Gaussian { mean, covariance })
     }
 

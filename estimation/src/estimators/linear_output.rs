@@ -94,7 +94,7 @@ pub(super) fn check_measurement(y: Measurement, m: usize) -> Result<(), Estimati
 pub(super) fn gain(pct: &Matrix, s: &Matrix) -> Result<Matrix, zonobench_sets::SetError> {
     if s.rows() == 1 {
         if s[(0, 0)] > 0.0 && s[(0, 0)].is_finite() {
-            return Ok(pct.map(|x| x / s[(0, 0)]));
+            return Ok(pct.divide(s[(0, 0)]));
         }
         return Err(zonobench_sets::SetError::Singular { op: "gain" });
     }
@@ -103,36 +103,12 @@ pub(super) fn gain(pct: &Matrix, s: &Matrix) -> Result<Matrix, zonobench_sets::S
 
 /// I − K C.
 pub(super) fn complement(k: &Matrix, c: &Matrix) -> Matrix {
-    let mut t = k.mul(c);
-    for i in 0..t.rows() {
-        for j in 0..t.cols() {
-            t[(i, j)] = f64::from(u8::from(i == j)) - t[(i, j)];
-        }
-    }
-    t
+    Matrix::identity(k.rows()).sub(&k.mul(c))
 }
 
 /// M P Mᵀ, exactly symmetric.
 pub(super) fn congruence(m: &Matrix, p: &Matrix) -> Matrix {
     let mut out = m.mul(p).mul_transpose(m);
-    symmetrize(&mut out);
+    out.symmetrize();
     out
-}
-
-/// (M + Mᵀ)/2 in place.
-pub(super) fn symmetrize(m: &mut Matrix) {
-    for i in 0..m.rows() {
-        for j in 0..i {
-            let mean = 0.5 * (m[(i, j)] + m[(j, i)]);
-            m[(i, j)] = mean;
-            m[(j, i)] = mean;
-        }
-    }
-}
-
-/// M += B.
-pub(super) fn add_assign(m: &mut Matrix, b: &Matrix) {
-    for (m, b) in m.as_mut_slice().iter_mut().zip(b.as_slice()) {
-        *m += b;
-    }
 }

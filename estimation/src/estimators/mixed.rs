@@ -5,13 +5,14 @@
 //! Nothing here is guaranteed: covariances have no certain set, confidence boxes hold with a
 //! probability, and rounding is plain.
 
-use super::linear_output::{LinearOutput, add_assign, complement, congruence, gain, symmetrize};
+use super::linear_output::{LinearOutput, complement, congruence, gain};
 use crate::error::finite_vector;
 use crate::estimator::{Belief, Containment, Measurement, Shape, Size, box_contains};
 use crate::system::Embedding;
 use crate::{AnySystem, EstimationError, Problem};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::ellipsoid::chi_square_isf;
+use zonobench_sets::ops::{self, Stage};
 use zonobench_sets::reduction::{combastel, parallel};
 use zonobench_sets::{Interval, IntervalVector, Matrix, SetError, ZonotopicGaussian};
 
@@ -193,7 +194,7 @@ impl MixedModel {
             }
         };
         let mut rzg = set_part.scale(1.0 - eta);
-        add_assign(&mut rzg, &output.covariance.scale(eta));
+        rzg.add_assign(&output.covariance.scale(eta));
         if rzg.cholesky().is_err() {
             let expected = "such that (1 - eta) Gv Gv' + eta R is positive definite, \
                             so that the gain exists";
@@ -244,11 +245,9 @@ impl MixedModel {
     ) -> Result<Vec<f64>, EstimationError> {
         finite_vector("input u", u, self.b.cols())?;
         let mut next = a0.mul_vec(c);
-        for (i, x) in next.iter_mut().enumerate() {
-            for (b, u) in self.b.row(i).iter().zip(u) {
-                *x += b * u;
-            }
-            *x += self.w_mean[i];
+        self.b.add_mul_vec(u, &mut next);
+        for (x, w) in next.iter_mut().zip(&self.w_mean) {
+            *x += w;
         }
         Ok(next)
     }
@@ -270,22 +269,23 @@ impl MixedModel {
         g: &Matrix,
         p: &Matrix,
     ) -> Result<Matrix, EstimationError> {
+        let _stage = ops::stage(Stage::Gain);
         let eta = self.settings.eta;
         let mut pzg = p.scale(eta);
         if eta < 1.0 {
-            add_assign(&mut pzg, &g.gram().scale(1.0 - eta));
+            pzg.add_assign(&g.gram().scale(1.0 - eta));
         }
         let pct = pzg.mul_transpose(&output.c);
         let mut s = output.c.mul(&pct);
         match rows {
-            None => add_assign(&mut s, &self.rzg),
+            None => s.add_assign(&self.rzg),
             Some(rows) => {
                 let rzg =
                     Matrix::from_fn(rows.len(), rows.len(), |i, j| self.rzg[(rows[i], rows[j])]);
-                add_assign(&mut s, &rzg);
+                s.add_assign(&rzg);
             }
         }
-        symmetrize(&mut s);
+        s.symmetrize();
         gain(&pct, &s).map_err(EstimationError::at(k, "gain"))
     }
 
@@ -318,16 +318,12 @@ impl MixedModel {
         let gain = self.gain(k, &output, rows.as_deref(), g, p)?;
         let t = complement(&gain, &output.c);
         let mut center = t.mul_vec(belief.state.c());
-        for (i, x) in center.iter_mut().enumerate() {
-            for (k, z) in gain.row(i).iter().zip(&z) {
-                *x += k * z;
-            }
-        }
+        gain.add_mul_vec(&z, &mut center);
         let kgv = gain.mul(&output.generators);
         let generators = Matrix::hcat(&[&t.mul(g), &kgv.scale(-1.0)]);
         let mut covariance = congruence(&t, p);
         let krk = congruence(&gain, &output.covariance);
-        add_assign(&mut covariance, &krk);
+        covariance.add_assign(&krk);
         Ok(Some(Correction {
             belief: MixedBelief::new(center, generators, covariance, belief.quantile),
             gain,
@@ -382,13 +378,13 @@ pub fn covariance_bound(
     overbars: bool,
 ) -> Matrix {
     let mut bound = congruence(f0, p);
-    add_assign(&mut bound, q);
+    bound.add_assign(q);
     let mut add_cross = |left: &Matrix, right: &Matrix| {
         // M + Mᵀ = 2 · symmetric part.
         let mut cross = left.mul(p).mul_transpose(right);
-        symmetrize(&mut cross);
+        cross.symmetrize();
         let cross = if overbars { absolute(&cross) } else { cross };
-        add_assign(&mut bound, &cross.scale(2.0));
+        bound.add_assign(&cross.scale(2.0));
     };
     for (i, ai) in a.iter().enumerate() {
         add_cross(f0, ai);
@@ -397,7 +393,7 @@ pub fn covariance_bound(
         }
     }
     for ai in a {
-        add_assign(&mut bound, &congruence(ai, p));
+        bound.add_assign(&congruence(ai, p));
     }
     bound
 }

@@ -1,6 +1,7 @@
 //! The estimators, one a file: settings, struct, impl.
 
 mod box_state_est;
+mod bundle;
 mod czmv;
 mod ezgkf;
 mod ezgkf_m;
@@ -18,6 +19,10 @@ mod zmv;
 mod zsmf;
 
 pub use box_state_est::{BoxStateEst, BoxStateEstSettings, BoxWindow, CONDITION_WARNING, Products};
+pub use bundle::{
+    Carry, Comb, CombPlus, DCz, DRrsr, DZb, Lift, PolytopeBelief, PolytopeFilterSettings, Rrsr,
+    Start,
+};
 pub use czmv::{Czfo, CzfoSettings, Czmv, CzmvSettings};
 pub use ezgkf::{Ezgkf, EzgkfSettings};
 pub use ezgkf_m::EzgkfM;

@@ -38,6 +38,9 @@ pub enum PoseGain {
     #[default]
     FRadius,
     /// A − L C has these eigenvalues. [Li, Theorem 3.2]
+    ///
+    /// They bound the error at a steady speed only: of two speeds in turn, the product of two such steps can have
+    /// an eigenvalue outside the unit circle.
     Poles(Poles),
 }
 

@@ -8,6 +8,7 @@
 //! Source: [Rego2020, Sec. 4].
 
 mod choice;
+pub mod decomposition;
 mod mean_value;
 mod taylor;
 

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use zonobench_sets::interval_matrix::{hessian_over, jacobian_over};
 use zonobench_sets::lp::LinearProgram;
 use zonobench_sets::number::Function;
+use zonobench_sets::ops;
 use zonobench_sets::reduction::{girard, scott};
 use zonobench_sets::rounding::{ETA, gamma, up};
 use zonobench_sets::{
@@ -296,18 +297,29 @@ fn products(z: &ConstrainedZonotope, halves: &[IntervalMatrix]) -> (Vec<f64>, Ma
     let mut g = Matrix::zeros(halves.len(), pairs);
     let mut rest = vec![0.0; halves.len()];
     let sums = z.zonotope().abs_row_sums();
-    // Products of three factors, summed over N² pairs at most, then over the p of the trace.
+    let mut along = vec![0.0; p];
+    // Products of three factors, summed over N twice, then over the p of the trace.
     let error = gamma(2 * dim * dim + p + 8);
     for (q, half) in halves.iter().enumerate() {
         let (mid, rad) = (half.mid(), half.rad());
         let row = g.row_mut(q);
+        // Σ_l Q_kl g_l first, then its products with g_k: dim products of lists and not dim².
         for k in 0..dim {
+            along.fill(0.0);
+            let mut any = false;
             for l in k..dim {
                 let m = mid[(k, l)];
                 rest[q] += sums[k] * (rad[(k, l)] + error * m.abs()) * sums[l] + ETA;
                 if m != 0.0 {
-                    add_products(row, m, z.g().row(k), z.g().row(l));
+                    any = true;
+                    ops::count(p, p);
+                    for (a, g) in along.iter_mut().zip(z.g().row(l)) {
+                        *a += m * g;
+                    }
                 }
+            }
+            if any {
+                add_products(row, z.g().row(k), &along);
             }
         }
         for x in &mut row[..p] {
@@ -319,15 +331,17 @@ fn products(z: &ConstrainedZonotope, halves: &[IntervalMatrix]) -> (Vec<f64>, Ma
     (center, g, rest)
 }
 
-/// row += m (g_i h_i | g_i h_j + g_j h_i, i < j): the coefficients of m (g·ξ)(h·ξ) in the products of ξ.
-fn add_products(row: &mut [f64], m: f64, g: &[f64], h: &[f64]) {
+/// row += (g_i h_i | g_i h_j + g_j h_i, i < j): the coefficients of (g·ξ)(h·ξ) in the products of ξ.
+fn add_products(row: &mut [f64], g: &[f64], h: &[f64]) {
     let p = g.len();
     let mut at = p;
     for i in 0..p {
-        let (gi, hi) = (m * g[i], m * h[i]);
-        row[i] += gi * h[i];
+        let (gi, hi) = (g[i], h[i]);
+        row[i] += gi * hi;
+        ops::count(1, 1);
         let pairs = &mut row[at..at + p - i - 1];
         if gi != 0.0 || hi != 0.0 {
+            ops::count(2 * pairs.len(), 2 * pairs.len());
             for (x, (&gj, &hj)) in pairs.iter_mut().zip(g[i + 1..].iter().zip(&h[i + 1..])) {
                 *x += gi * hj + hi * gj;
             }
@@ -347,7 +361,7 @@ fn constraint_products(z: &ConstrainedZonotope, pairs: usize) -> (Matrix, Vec<f6
     for r in 0..q {
         for s in r..q {
             let row = a.row_mut(b.len());
-            add_products(row, 1.0, z.a().row(r), z.a().row(s));
+            add_products(row, z.a().row(r), z.a().row(s));
             for x in &mut row[..p] {
                 *x *= 0.5;
             }

@@ -39,6 +39,9 @@ pub enum QuotientForm {
     Tight,
     /// x₁/(4 + x₁) as printed: x₁ twice, and wider enclosures.
     Printed,
+    /// x₁x₂ · 1/(4 + x₁): its derivative is x₂/(4 + x₁) − x₁x₂/(4 + x₁)², as symbolic differentiation
+    /// writes it, and [Khajenejad] with it.
+    Expanded,
 }
 
 impl System for Raimondo {
@@ -71,6 +74,11 @@ impl System for Raimondo {
                 next[0] = linear - product * 4.0 + w[0];
                 next[1] = product * 3.0 - x[1] * 2.0 + w[1];
             }
+            QuotientForm::Expanded => {
+                let product = x[0] * x[1] * shifted.recip();
+                next[0] = linear - product * 4.0 + w[0];
+                next[1] = product * 3.0 - x[1] * 2.0 + w[1];
+            }
         }
     }
 
@@ -87,12 +95,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn both_forms_are_the_same_function() {
-        let mut next = [[0.0; 2]; 2];
-        for (next, form) in next
-            .iter_mut()
-            .zip([QuotientForm::Tight, QuotientForm::Printed])
-        {
+    fn all_forms_are_the_same_function() {
+        let mut next = [[0.0; 2]; 3];
+        for (next, form) in next.iter_mut().zip([
+            QuotientForm::Tight,
+            QuotientForm::Printed,
+            QuotientForm::Expanded,
+        ]) {
             let system = Raimondo {
                 form,
                 ..Raimondo::default()

@@ -9,7 +9,7 @@ use zonobench_estimation::signal::{SIGNAL_KEYS, Signal};
 use zonobench_estimation::simulate::{DeltaLaw, Drawn, InitialState, Law, Noise, SimulationError};
 use zonobench_estimation::system::{System, Variable};
 use zonobench_estimation::systems::{
-    Form, Linear, Lpv, Measured, Quadrotor, QuotientForm, Raimondo, VanDerPol, VehicleSe2,
+    Form, Linear, Lpv, Measured, Quadrotor, QuotientForm, Raimondo, Unicycle, VanDerPol, VehicleSe2,
 };
 use zonobench_estimation::{AnySystem, EstimationError, Inputs, Problem, Truth, Uncertain};
 
@@ -21,6 +21,7 @@ const SYSTEM_KEYS: &[(&str, &[&str])] = &[
     ("raimondo", &["form", "output"]),
     ("vehicle-se2", &["dt", "form"]),
     ("quadrotor", &["m", "l", "ixx", "iyy", "izz", "g", "dt"]),
+    ("unicycle", &["t0", "phi_omega", "phi_theta", "landmarks"]),
 ];
 
 const SET_KEYS: &[&str] = &["box", "center", "generators", "constraints"];
@@ -72,8 +73,9 @@ pub fn system(field: &Field) -> Result<AnySystem, BadInput> {
         }
         "raimondo" => {
             let form = match table.get("form") {
-                Some(form) => match form.one_of(&["tight", "printed"])? {
+                Some(form) => match form.one_of(&["tight", "printed", "expanded"])? {
                     "tight" => QuotientForm::Tight,
+                    "expanded" => QuotientForm::Expanded,
                     _ => QuotientForm::Printed,
                 },
                 None => QuotientForm::default(),
@@ -113,6 +115,17 @@ pub fn system(field: &Field) -> Result<AnySystem, BadInput> {
                 number("dt", "the sampling period in s")?,
             )
             .map(AnySystem::Quadrotor)
+        }
+        "unicycle" => {
+            let number = |key: &str, what: &str| table.need(key, what)?.number();
+            let t0 = number("t0", "the sampling period in s")?;
+            let speed = number("phi_omega", "the speed")?;
+            let turn = number("phi_theta", "the turn rate")?;
+            let landmarks = table
+                .need("landmarks", "the positions [x, y] of the landmarks")?
+                .matrix(None, Some(2))?;
+            let landmarks = (0..landmarks.rows()).map(|i| [landmarks[(i, 0)], landmarks[(i, 1)]]);
+            Unicycle::new(t0, speed, turn, landmarks.collect()).map(AnySystem::Unicycle)
         }
         _ => VanDerPol::new(table.need("ts", "the sampling period in s")?.number()?)
             .map(AnySystem::VanDerPol),

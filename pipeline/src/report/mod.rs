@@ -11,6 +11,7 @@
 //! come from the recorded `timings.csv` beside the pages alone, never from the lake.
 
 mod about;
+mod complexity;
 mod front;
 mod html;
 mod markdown;

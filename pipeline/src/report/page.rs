@@ -6,12 +6,13 @@ use crate::experiment::Experiment;
 use crate::papers::Paper;
 use crate::published::Cell;
 use crate::report::about::{self, Drawing, Figure};
+use crate::report::complexity;
 use crate::report::markdown::{anchor, code, details, escaped, heading, table};
 use crate::report::model::{self, unit};
 use crate::report::source::{Held, Source};
 use crate::report::timings::{self, RecordedTime};
 use crate::report::verdict;
-use crate::rows::{Comparison, Published, Score};
+use crate::rows::{Claim, Comparison, Published, Score};
 use crate::stage::compare::four_digits;
 use std::collections::BTreeSet;
 
@@ -36,6 +37,7 @@ pub fn of(
         page += &tables(held);
         page += &times_of(held, times);
     }
+    page += &claims(held);
     if !figures.is_empty() {
         page += &heading(2, "Figures", "Figures");
         for figure in figures {
@@ -46,12 +48,14 @@ pub fn of(
             page += &format!("{not_drawn}\n\n");
         }
     }
+    let (counts, pictures) = complexity::section(&held.name, &source.complexity(&held.name)?);
+    page += &counts;
     page += &experiments(source, held)?;
     let drawn = figures.iter().filter_map(|figure| {
         let drawing = figure.drawing.as_ref().ok()?;
         Some((file_name(figure), drawing.svg.clone()))
     });
-    let mut files: Vec<(String, String)> = drawn.collect();
+    let mut files: Vec<(String, String)> = drawn.chain(pictures).collect();
     files.push(("README.md".to_owned(), page.trim_end().to_owned() + "\n"));
     Ok(files)
 }
@@ -77,12 +81,55 @@ fn title(held: &Held) -> String {
     }
 }
 
+const CLAIMS: &str = "Theorems, propositions, remarks";
+
+/// The numbered claims that do not hold as printed, and how many do.
+fn claims(held: &Held) -> String {
+    if held.claims.is_empty() {
+        return String::new();
+    }
+    let (holding, failing): (Vec<&Claim>, Vec<&Claim>) =
+        held.claims.iter().partition(|c| &*c.verdict == "holds");
+    let mut out = heading(2, CLAIMS, CLAIMS);
+    let names: Vec<String> = holding.iter().map(|c| escaped(&c.claim)).collect();
+    out += &format!(
+        "The numbered claims, tried in exact rational arithmetic (`zonobench claims {}`). {} of {} hold in every trial: {}.\n\n",
+        held.name,
+        holding.len(),
+        held.claims.len(),
+        names.join(", ")
+    );
+    for c in failing {
+        out += &format!(
+            "- **{}**, {} ({} of {} trials lost): \"{}\".",
+            escaped(&c.claim),
+            verdict::shown(&c.verdict),
+            c.lost,
+            c.trials,
+            escaped(&c.statement)
+        );
+        for (label, part) in [
+            ("Counterexample", &c.counterexample),
+            ("Consequence", &c.consequence),
+        ] {
+            if !part.is_empty() {
+                out += &format!(" {label}: {}.", escaped(part));
+            }
+        }
+        out.push('\n');
+    }
+    out + "\n"
+}
+
 fn contents(held: &Held, figures: &[Figure]) -> String {
     let link = |name: &str| format!("[{}](#{})", escaped(name), anchor(name));
     let mut parts = Vec::new();
     let tables: Vec<String> = held.tables().iter().map(|t| link(t)).collect();
     if !tables.is_empty() {
         parts.push(format!("Tables and claims: {}", tables.join(" · ")));
+    }
+    if !held.claims.is_empty() {
+        parts.push(link(CLAIMS));
     }
     let figures: Vec<String> = figures
         .iter()

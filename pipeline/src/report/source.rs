@@ -4,8 +4,8 @@ use crate::error::Error;
 use crate::lake::{self, Entry, PathKeys};
 use crate::papers::{self, Paper};
 use crate::rows::{
-    Belief, Comparison, Estimate, EstimatorInfo, Measurement, Published, Score, Set, Truth,
-    Variable,
+    Belief, Claim, Comparison, Complexity, Estimate, EstimatorInfo, Measurement, Published, Score,
+    Set, Truth, Variable,
 };
 use crate::table::{self, Row};
 use arrow_array::cast::AsArray;
@@ -30,6 +30,8 @@ pub struct Held {
     pub experiments: Vec<String>,
     /// The printed numbers beside ours; none where no comparison was made
     pub comparisons: Vec<Comparison>,
+    /// The numbered claims, tried
+    pub claims: Vec<Claim>,
     /// The printed numbers
     pub published: Vec<Published>,
     /// The paper as published, if it is one that comes with this program
@@ -168,6 +170,7 @@ impl Source {
             name: name.to_owned(),
             experiments: experiments.iter().map(|e| (*e).to_owned()).collect(),
             comparisons: self.of_paper(name)?,
+            claims: self.of_paper(name)?,
             published: self.of_paper(name)?,
             paper,
         };
@@ -191,6 +194,11 @@ impl Source {
         } else {
             Ok(Vec::new())
         }
+    }
+
+    /// The counts of a paper's claims about cost.
+    pub fn complexity(&self, paper: &str) -> Result<Vec<Complexity>, Error> {
+        self.of_paper(paper)
     }
 
     /// The scores of an experiment.

@@ -41,8 +41,8 @@ fn published(wanted: &[&str], scale: Scale, figures: bool) -> TempDir {
         for f in &finished {
             files.extend(engine::publications(f).unwrap());
         }
-        let comparison = engine::compare(&store, &paper, &finished, scale).unwrap();
-        files.extend(engine::paper_publications(&paper, &comparison).unwrap());
+        let compared = engine::compare(&store, &paper, &finished, scale).unwrap();
+        files.extend(engine::paper_publications(&paper, &compared).unwrap());
     }
     lake::publish(folder.path(), files, |_, _| true).unwrap();
     folder

@@ -6,7 +6,7 @@
 use crate::error::Error;
 use crate::papers::Paper;
 use crate::published::{Cell, Comparison as Claim, Published, half_unit};
-use crate::rows::{self, Comparison, Metric, TimingComparison};
+use crate::rows::{self, Comparison, Complexity, Metric, TimingComparison};
 use crate::stage::metadata;
 use crate::stage::score::{Subject, by_subject};
 use crate::statistics::{mean_sd, paired_offsets, prediction_offsets};
@@ -29,21 +29,38 @@ pub enum Scale {
 }
 
 /// What a paper's comparison depends on.
-pub fn input(paper: &Paper, metrics: &BTreeMap<&str, &str>, scale: Scale) -> Value {
+pub fn input(
+    paper: &Paper,
+    metrics: &BTreeMap<&str, &str>,
+    claims: &str,
+    complexity: Option<&str>,
+    scale: Scale,
+) -> Value {
     let texts: Vec<&str> = paper.texts.iter().map(|(_, text)| *text).collect();
     json!({
         "published": paper.published,
         "cells": paper.cells,
         "experiments": texts,
         "metrics": metrics,
+        "claims": claims,
+        "complexity": complexity,
         "quick": scale == Scale::Quick,
     })
+}
+
+/// What was found of a paper's claims apart from its experiments.
+pub struct Ledgers {
+    /// Its numbered claims.
+    pub claims: Vec<rows::Claim>,
+    /// Its claims about cost.
+    pub complexity: Vec<Complexity>,
 }
 
 /// Writes `published.parquet` and `comparison.parquet`; `metrics` has the metrics file of every experiment.
 pub fn make(
     paper: &Paper,
     metrics: &BTreeMap<&str, PathBuf>,
+    ledgers: Ledgers,
     scale: Scale,
     dir: &Path,
 ) -> Result<(), Error> {
@@ -54,7 +71,11 @@ pub fn make(
             by_subject(table::read::<Metric>(path)?),
         );
     }
-    let results = Results { paper, scores };
+    let results = Results {
+        paper,
+        scores,
+        ledgers,
+    };
     let published = paper.published.iter().map(|p| rows::Published {
         table: p.table.as_str().into(),
         row: p.row.as_str().into(),
@@ -127,6 +148,7 @@ struct Number {
 struct Results<'a> {
     paper: &'a Paper,
     scores: BTreeMap<String, Vec<(Subject, Vec<f64>)>>,
+    ledgers: Ledgers,
 }
 
 impl Results<'_> {
@@ -221,16 +243,35 @@ impl Results<'_> {
         })
     }
 
+    /// The verdict of the ledger on the claim that a cell names.
+    fn claim(&self, p: &Published, cell: &Cell) -> Comparison {
+        let Some(claim) = self
+            .ledgers
+            .claims
+            .iter()
+            .find(|c| *c.claim == cell.component)
+        else {
+            let reason = format!("no claim {:?} in the ledger", cell.component);
+            return row(p, &cell.reading, "error", reason);
+        };
+        let mut reason = format!(
+            "{} of {} exact trials of the claim lost",
+            claim.lost, claim.trials
+        );
+        for part in [&claim.counterexample, &claim.consequence] {
+            if !part.is_empty() {
+                reason += &format!("; {part}");
+            }
+        }
+        row(p, &cell.reading, &claim.verdict, reason)
+    }
+
     fn compare(&self, p: &Published, cell: &Cell) -> Comparison {
-        if matches!(cell.metric.as_str(), "complexity" | "claims") {
-            return row(
-                p,
-                &cell.reading,
-                "not_reproducible",
-                "a statement about operation counts or a theorem, not a number of a run: this version has no \
-                 counting stage that could decide it"
-                    .to_owned(),
-            );
+        if cell.metric == "complexity" {
+            return self.counted(p, cell);
+        }
+        if cell.metric == "claims" {
+            return self.claim(p, cell);
         }
         if cell.metric == "timing" {
             return row(p, &cell.reading, "lost_in_source", cell.finding.clone());
@@ -286,6 +327,24 @@ impl Results<'_> {
             rel_diff,
             ..row(p, &cell.reading, verdict, reason)
         }
+    }
+
+    /// The verdict of the claim about cost that `cell` names.
+    fn counted(&self, p: &Published, cell: &Cell) -> Comparison {
+        let claim = self
+            .ledgers
+            .complexity
+            .iter()
+            .find(|r| r.sweep_variable.is_none() && &*r.claim == cell.component);
+        let Some(claim) = claim else {
+            let reason = format!("no claim {} was counted", cell.component);
+            return row(p, &cell.reading, "error", reason);
+        };
+        let reason = match cell.finding.is_empty() {
+            true => claim.reason.to_string(),
+            false => format!("{}: {}", cell.finding, claim.reason),
+        };
+        row(p, &cell.reading, &claim.verdict, reason)
     }
 
     /// Puts measured numbers into the places of a finding.

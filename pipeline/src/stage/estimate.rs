@@ -247,12 +247,16 @@ impl<'a> Judged<'a> {
             }
         }
         times.sort_unstable();
+        let period = self.job.spec.problem.system.period();
+        let late = |period: f64| times.iter().filter(|&&t| t as f64 > 1e9 * period).count() as i64;
         rows.timing = times.last().map(|&max_ns| Timing {
             estimator: self.id.clone(),
             run: run as i32,
             steps: times.len() as i64,
             total_ns: times.iter().sum(),
             median_ns: times[times.len() / 2],
+            p999_ns: times[(times.len() * 999).div_ceil(1000) - 1],
+            late: period.map(late),
             max_ns,
         });
         Ok(rows)

@@ -6,6 +6,7 @@
 
 use serde_json::{Map, Value, json};
 
+use super::space::{FRAME, is_in_space};
 use super::{Plane, topic_segment};
 
 /// What there is to show.
@@ -42,6 +43,11 @@ const MOST_PLOTS: usize = 4;
 pub fn layout_json(paper: &str, topics: &Topics) -> String {
     let mut panels = Map::new();
     let mut scenes = Vec::new();
+    if is_in_space(&topics.names) {
+        let id = format!("3D!{paper}_space");
+        panels.insert(id.clone(), in_space(topics));
+        scenes.push(id);
+    }
     for (i, plane) in Plane::all(&topics.names, &topics.axes).iter().enumerate() {
         let id = format!("3D!{paper}_set{}", plane.suffix);
         panels.insert(id.clone(), scene(topics, plane, topics.views.get(i)));
@@ -90,6 +96,46 @@ fn stack(ids: &[String]) -> Value {
             "splitPercentage": 100 / ids.len(),
         }),
     }
+}
+
+/// The panel of the position in space, seen from the side and above.
+fn in_space(topics: &Topics) -> Value {
+    let visible = json!({ "visible": true });
+    let mut shown = Map::new();
+    shown.insert("/truth/path_space".to_owned(), visible.clone());
+    shown.insert(
+        "/truth/pose_space".to_owned(),
+        json!({ "visible": true, "type": "axis", "axisScale": 0.3 }),
+    );
+    for estimator in &topics.estimators {
+        let method = topic_segment(estimator);
+        shown.insert(format!("/estimate/{method}/box_space"), visible.clone());
+        shown.insert(format!("/estimate/{method}/boxes_space"), visible.clone());
+    }
+    json!({
+        "cameraState": {
+            "distance": 6,
+            "far": 5000,
+            "fovy": 45,
+            "near": 0.01,
+            "perspective": true,
+            "phi": 65,
+            "target": [0, 0, 0],
+            "targetOffset": [0, 0, 2],
+            "targetOrientation": [0, 0, 0, 1],
+            "thetaOffset": 45,
+        },
+        "fixedFrame": FRAME,
+        "followMode": "follow-none",
+        "followTf": FRAME,
+        "foxglovePanelTitle": "Position in m",
+        "imageMode": {},
+        "layers": {},
+        "publish": {},
+        "scene": { "transforms": { "visible": false } },
+        "topics": shown,
+        "transforms": {},
+    })
 }
 
 fn scene(topics: &Topics, plane: &Plane, view: Option<&View>) -> Value {

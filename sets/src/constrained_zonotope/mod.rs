@@ -241,7 +241,7 @@ impl ConstrainedZonotope {
     }
 
     /// Loads the constraints into `lp`.
-    fn load(&self, lp: &mut LinearProgram) -> Result<(), SetError> {
+    pub(crate) fn load(&self, lp: &mut LinearProgram) -> Result<(), SetError> {
         lp.load(&self.a, &self.b, &self.delta)
     }
 
@@ -264,6 +264,7 @@ impl ConstrainedZonotope {
         if self.constraints() == 0 {
             return self.z.interval_hull();
         }
+        let _stage = crate::ops::stage(crate::ops::Stage::Hull);
         self.load(lp)?;
         let mut minus = vec![0.0; self.generators()];
         let mut sides = Vec::with_capacity(self.dim());
@@ -314,7 +315,11 @@ impl ConstrainedZonotope {
     }
 
     /// The support, the constraints being in `lp` already.
-    fn support_loaded(&self, d: &[f64], lp: &mut LinearProgram) -> Result<f64, SetError> {
+    pub(crate) fn support_loaded(
+        &self,
+        d: &[f64],
+        lp: &mut LinearProgram,
+    ) -> Result<f64, SetError> {
         const OP: &str = "support of a constrained zonotope";
         let n = self.dim();
         same(OP, n, d.len())?;

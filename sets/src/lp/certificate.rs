@@ -28,7 +28,7 @@
 
 use crate::matrix::abs_sum;
 use crate::rounding::{ETA, gamma, up};
-use crate::{Matrix, SetError};
+use crate::{Matrix, SetError, ops};
 
 /// The rows |Aξ − b| ≤ δ, equilibrated.
 #[derive(Clone, Debug, Default)]
@@ -133,6 +133,10 @@ impl Program {
 
     /// U(d, y): at least max dᵀξ over the rows. Leaves d − Aᵀy in `v`. d and v are padded to the stride.
     pub(super) fn upper_bound(&self, d: &[f64], y: &[f64], v: &mut [f64]) -> f64 {
+        ops::count(
+            self.rows * (self.stride + 3) + 1,
+            self.rows * (self.stride + 3) + 2 * self.stride,
+        );
         let size = abs_sum(d);
         let cap = up(size, self.cols);
         v.copy_from_slice(d);
@@ -171,6 +175,10 @@ impl Program {
     /// A lower bound on bᵀy − ‖Aᵀy‖₁ − |y|ᵀδ, rounding charged: if positive, no ξ satisfies the rows.
     pub(super) fn farkas(&self, y: &[f64], v: &mut [f64]) -> f64 {
         // U(0, −y) without its cap, by the same sums with opposite signs.
+        ops::count(
+            self.rows * (self.stride + 3) + 1,
+            self.rows * (self.stride + 3) + self.stride,
+        );
         v.fill(0.0);
         let (mut core, mut weight) = (0.0, 0.0);
         for (i, &y) in y.iter().enumerate() {
@@ -197,6 +205,7 @@ impl Program {
     ///
     /// σ_i = 2γ_{n+2}(|A_i|1 + |b_i|) + 2η. The computed residual is off by at most γ_{n+1}(|A_i|1 + |b_i|).
     pub(super) fn missing(&self, xi: &[f64], reserve: &[f64], residual: &mut Vec<f64>) -> f64 {
+        ops::count(self.rows * (self.cols + 4), 2 * self.rows * self.cols);
         residual.clear();
         residual.resize(self.rows, 0.0);
         let (error, sigma) = (gamma(self.cols + 1), 2.0 * gamma(self.cols + 2));

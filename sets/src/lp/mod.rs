@@ -21,7 +21,7 @@ mod second_opinion;
 mod simplex;
 
 use crate::matrix::abs_sum;
-use crate::{Matrix, SetError, rounding};
+use crate::{Matrix, SetError, ops, rounding};
 use certificate::Program;
 use simplex::{FEASIBLE, Outcome, STRICT, Simplex};
 
@@ -161,6 +161,8 @@ impl LinearProgram {
         }
         self.direction[..d.len()].copy_from_slice(d);
         self.work.programs += 1;
+        let _kernel = ops::kernel(ops::Kernel::Program);
+        ops::program(self.rows(), self.cols());
         if self.proved_empty {
             return Err(SetError::Empty { op: OP });
         }
@@ -344,6 +346,8 @@ impl LinearProgram {
             *d = wave;
         }
         self.work.programs += 1;
+        let _kernel = ops::kernel(ops::Kernel::Program);
+        ops::program(self.rows(), n);
         let mut margin = f64::INFINITY;
         for tolerance in [FEASIBLE, STRICT] {
             if tolerance == STRICT {

@@ -20,6 +20,7 @@
 //! Nothing here has to be right for the bounds to be: see `certificate`.
 
 use super::certificate::{LANES, Program};
+use crate::ops;
 
 /// How far a basic variable may exceed its range for a bound: rows and boxes have coefficients near 1.
 pub(super) const FEASIBLE: f64 = 1e-11;
@@ -176,6 +177,7 @@ impl Simplex {
                 }
             }
             if best.0 > PIVOT {
+                ops::pivot(0);
                 self.exchange(best.1, q, 1.0);
                 pivots += 1;
             }
@@ -206,6 +208,7 @@ impl Simplex {
             let cost = if v < n { d[v] } else { 0.0 };
             if cost != 0.0 {
                 let row = &self.tableau[i * self.stride..][..self.stride];
+                ops::count(self.stride, self.stride);
                 for (r, &t) in self.reduced.iter_mut().zip(row) {
                     *r -= cost * t;
                 }
@@ -231,6 +234,10 @@ impl Simplex {
 
     /// x_B = B⁻¹b − T x_N.
     fn recompute_values(&mut self) {
+        ops::count(
+            (self.rows + 1) * self.stride,
+            self.rows * self.stride.saturating_sub(1) + self.rows,
+        );
         for j in 0..self.stride {
             self.pivot_row[j] = self.side[j] * self.range[j];
         }
@@ -256,6 +263,7 @@ impl Simplex {
             still = if step > 0.0 { 0 } else { still + 1 };
             // The bound exceeded, before the flips bring x_r closer to it.
             let bound = if self.x[r] > 0.0 { 1.0 } else { -1.0 };
+            ops::pivot(self.flips.len());
             self.flip();
             self.exchange(r, q, bound);
         }
@@ -299,6 +307,7 @@ impl Simplex {
         self.flips.clear();
         let sign = if self.x[r] > 0.0 { -1.0 } else { 1.0 };
         let active = self.active;
+        ops::count(3 * active, 0);
         let row = &self.tableau[r * self.stride..][..active];
         let (side, range, reduced) = (
             &self.side[..active],
@@ -372,6 +381,7 @@ impl Simplex {
         if self.flips.is_empty() {
             return;
         }
+        ops::count(self.rows * self.flips.len(), self.rows * self.flips.len());
         for &(j, _) in &self.flips {
             self.side[j] = -self.side[j];
         }
@@ -391,6 +401,10 @@ impl Simplex {
     /// Exchanges the basic variable of row `r`, which goes to `bound`·its range, with column `q`.
     fn exchange(&mut self, r: usize, q: usize, bound: f64) {
         let stride = self.stride;
+        ops::count(
+            (self.rows + 2) * stride + 2 * self.rows + 3,
+            (self.rows + 1) * stride + 2 * self.rows + 2,
+        );
         // Column q goes to the leaving variable, whose own column is that of the identity.
         for (c, t) in self
             .pivot_column

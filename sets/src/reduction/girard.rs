@@ -46,7 +46,7 @@ fn distances_from_axes(g: &Matrix) -> Vec<f64> {
 
 /// The same of diag(|G| 1)⁻¹ G. A row of zeros stays one.
 fn scaled_distances(g: &Matrix) -> Vec<f64> {
-    ops::count(g.rows() * g.cols(), 2 * g.rows() * g.cols());
+    ops::count(g.rows() * g.cols() + g.rows(), g.rows() * g.cols());
     let units: Vec<f64> = g
         .abs_row_sums()
         .iter()

@@ -55,7 +55,12 @@ fn greatest(keys: &[f64], keep: usize) -> Vec<bool> {
     }
     let mut bits: Vec<u64> = keys.iter().map(|key| key.to_bits()).collect();
     let cut = bits.len() - keep;
-    let (_, &mut least_kept, above) = bits.select_nth_unstable(cut);
+    let mut compared = 0;
+    let (_, &mut least_kept, above) = bits.select_nth_unstable_by(cut, |a, b| {
+        compared += 1;
+        a.cmp(b)
+    });
+    ops::compared(compared);
     let ties = 1 + above.iter().filter(|&&b| b == least_kept).count();
     let mut kept: Vec<bool> = keys.iter().map(|key| key.to_bits() > least_kept).collect();
     let tied = |&(_, key): &(&mut bool, &f64)| key.to_bits() == least_kept;
@@ -104,6 +109,7 @@ fn reduce_columns_by(g: &Matrix, columns: usize, key: impl Fn(&Matrix) -> Vec<f6
     if g.cols() <= columns {
         return g.clone();
     }
+    let _stage = ops::stage(ops::Stage::Reduction);
     let kept = greatest(&key(g), columns - g.rows());
     box_the_rest(g, &kept, |_, sum| sum)
 }
@@ -127,6 +133,7 @@ fn reduce_by(
     if p <= generators {
         return Ok(z.clone());
     }
+    let _stage = ops::stage(ops::Stage::Reduction);
     let kept = greatest(&key(z.g()), generators - n);
     let depth = p / 8 + 5;
     let g = box_the_rest(z.g(), &kept, |i, sum| rounding::up(sum + z.r()[i], depth));

@@ -94,11 +94,14 @@ struct Group {
 fn groups(g: &Matrix, tolerance: f64) -> Vec<Group> {
     let directed: Vec<(usize, usize, Vec<f64>)> = {
         let mut directed: Vec<_> = (0..g.cols()).filter_map(|j| direction(g, j)).collect();
+        let mut compared = 0;
         directed.sort_by(|(j, m, q), (k, l, p)| {
+            compared += 1;
             let by_direction = || q.iter().zip(p).map(|(a, b)| a.total_cmp(b));
             m.cmp(l)
                 .then_with(|| by_direction().find(|o| o.is_ne()).unwrap_or(j.cmp(k)))
         });
+        ops::compared(compared);
         directed
     };
     let mut taken = vec![false; directed.len()];

@@ -158,6 +158,8 @@ pub fn eliminate_constraints(
     if x.constraints() <= constraints {
         return Ok(x.clone());
     }
+    let _stage = ops::stage(ops::Stage::Reduction);
+    let _kernel = ops::kernel(ops::Kernel::Elimination);
     let mut lifted = Lifted::new(x);
     while lifted.constraints() > constraints {
         lifted.gauss_jordan()?;
@@ -166,6 +168,7 @@ pub fn eliminate_constraints(
         }
         let errors = lifted.rescale()?;
         let errors = lifted.drop_zero_columns_with(errors);
+        ops::elimination(lifted.constraints(), lifted.cols);
         match lifted.cheapest(&errors) {
             Some(j) => lifted.eliminate(j),
             // No constraint has a coefficient left: the rows say nothing that was not checked.
@@ -351,7 +354,7 @@ impl Lifted {
         let bound =
             self.slack[l] + lambda.abs() * self.slack[i] + remainder * (1.0 + 4.0 * U) + U * sizes;
         self.slack[l] = up(bound, self.cols / 4 + 16);
-        ops::count(self.cols + 1, 3 * self.cols);
+        ops::count(self.cols + 2, 3 * self.cols);
     }
 
     /// Gauss–Jordan elimination of the constraints; dependent ones go.
@@ -361,6 +364,7 @@ impl Lifted {
     fn gauss_jordan(&mut self) -> Result<(), SetError> {
         let n = self.n;
         let measure = |row: &[f64], offset: f64| {
+            ops::count(1, row.len());
             let (j, pivot) = largest(row);
             (j, pivot, (abs_sum(row) + offset.abs()) / pivot)
         };
@@ -432,6 +436,10 @@ impl Lifted {
             for i in self.n..self.rows.len() {
                 let row = &self.rows[i];
                 let (low, high, size) = reach(row, &e);
+                ops::count_of(|| {
+                    let left = row.iter().filter(|&&a| a != 0.0).count();
+                    (2 * p + 4 * left, 3 * (p - 1) + 6 * left)
+                });
                 let (b, delta) = (-self.offset[i], self.slack[i]);
                 let margin = delta + error * (size + b.abs() + delta) + ETA;
                 let margin = margin * (1.0 + 8.0 * U);
@@ -613,9 +621,11 @@ impl Lifted {
                 .zip(row.iter())
                 .for_each(|(s, x)| *s += x * x);
         }
+        // Beside the factors and solutions: A scaled, two Gram matrices, W and G P by 2 n q rows each, squares.
+        let (dots, rows) = (n * n + q * q, 4 * n * q);
         ops::count(
-            p * (3 * n * n / 2 + 4 * n * q + 3 * q * q / 2),
-            p * (3 * n * n / 2 + 4 * n * q + 3 * q * q / 2),
+            p * (dots + rows + 2 * n + 2 * q + 2),
+            p * (dots + rows + 2 * n + q) - dots - rows / 2,
         );
         let moves: Vec<f64> = squares
             .iter()
@@ -673,6 +683,7 @@ fn pair(rows: &mut [Vec<f64>], l: usize, i: usize) -> (&mut [f64], &[f64]) {
 /// L with M = L Lᵀ; `None` if a pivot is not above rounding.
 fn cholesky(mut m: Matrix) -> Option<Matrix> {
     let n = m.rows();
+    ops::count(n * (n + 1) * (n + 2) / 6, n * (n * n - 1) / 6);
     for k in 0..n {
         let first = m[(k, k)];
         let pivot = first - (0..k).fold(0.0, |s, l| s + m[(k, l)] * m[(k, l)]);
@@ -689,8 +700,15 @@ fn cholesky(mut m: Matrix) -> Option<Matrix> {
     Some(m)
 }
 
+/// The operations of a triangular system with the right sides `b`.
+fn count_triangular(b: &[Vec<f64>]) {
+    let (n, p) = (b.len(), b.first().map_or(0, Vec::len));
+    ops::count(p * n * (n + 1) / 2 + n, p * n * n.saturating_sub(1) / 2);
+}
+
 /// B ← L⁻¹ B, by rows.
 fn solve_lower(l: &Matrix, b: &mut [Vec<f64>]) {
+    count_triangular(b);
     for i in 0..b.len() {
         let (done, rest) = b.split_at_mut(i);
         let row = &mut rest[0];
@@ -705,6 +723,7 @@ fn solve_lower(l: &Matrix, b: &mut [Vec<f64>]) {
 
 /// B ← L⁻ᵀ B, by rows.
 fn solve_lower_transposed(l: &Matrix, b: &mut [Vec<f64>]) {
+    count_triangular(b);
     for i in (0..b.len()).rev() {
         let (head, rest) = b.split_at_mut(i + 1);
         let row = &mut head[i];

@@ -37,6 +37,7 @@ pub fn reduce(z: &Zonotope, generators: usize) -> Result<Zonotope, SetError> {
     if p <= generators {
         return Ok(z.clone());
     }
+    let _stage = ops::stage(ops::Stage::Reduction);
     let Some((block, others, rho)) = independent_block(z.g()) else {
         return girard::reduce(z, generators);
     };
@@ -62,7 +63,10 @@ pub fn reduce(z: &Zonotope, generators: usize) -> Result<Zonotope, SetError> {
             *r += remainder.abs() + gamma(n + 1) * size + ETA;
         }
     }
-    ops::count(2 * n * n * absorbed.len(), (2 * n + 2) * n * absorbed.len());
+    ops::count(
+        (2 * n + 1) * n * absorbed.len() + n * n,
+        (2 * n + 4) * n * absorbed.len(),
+    );
     // Each stretch is a sum of absorbed + 1 terms.
     let stretch: Vec<f64> = stretch.iter().map(|&s| up(s, absorbed.len())).collect();
     let kept: Vec<usize> = (0..others.len())
@@ -104,6 +108,8 @@ fn independent_block(g: &Matrix) -> Option<(Vec<usize>, Vec<usize>, Matrix)> {
         let mut best: Option<(f64, usize, usize)> = None;
         for i in (0..n).filter(|i| !pivot_rows.contains(i)) {
             let row = m.row(i);
+            ops::compared(p);
+            ops::count(1, p + n - 1);
             let (j, largest) = largest(&row[..p]);
             let ratio = abs_sum(row) / largest;
             if largest > floor[i] && best.is_none_or(|(b, ..)| ratio < b) {
@@ -116,9 +122,11 @@ fn independent_block(g: &Matrix) -> Option<(Vec<usize>, Vec<usize>, Matrix)> {
         let inverse = 1.0 / m[(i, j)];
         m.row_mut(i).iter_mut().for_each(|x| *x *= inverse);
         pivot_row.copy_from_slice(m.row(i));
+        ops::count(p + n + 1, 0);
         for k in (0..n).filter(|&k| k != i) {
             let factor = m[(k, j)];
             if factor != 0.0 {
+                ops::count(p + n, p + n);
                 m.row_mut(k)
                     .iter_mut()
                     .zip(&pivot_row)
@@ -127,7 +135,6 @@ fn independent_block(g: &Matrix) -> Option<(Vec<usize>, Vec<usize>, Matrix)> {
             }
         }
     }
-    ops::count(n * n * (p + n), n * n * (p + n));
     let others: Vec<usize> = (0..p).filter(|j| !block.contains(j)).collect();
     let rho = Matrix::from_fn(n, others.len(), |i, k| m[(pivot_rows[i], others[k])]);
     rho.is_finite().then_some((block, others, rho))
@@ -174,7 +181,8 @@ fn absorption_order(rho: &Matrix, count: usize) -> Vec<usize> {
                 *s += r;
             }
         }
-        ops::count(n * len, (2 * n + 2) * len);
+        ops::count(n * (2 * len - 1), 2 * (n + 1) * len + n - len);
+        ops::compared(len);
         let mut best = (f64::INFINITY, 0);
         for k in 0..len {
             let increase = product[k] - 1.0 - sum[k];

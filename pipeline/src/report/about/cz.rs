@@ -60,6 +60,7 @@ fn draw(source: &Source, paper: Option<&Paper>) -> Result<Vec<Figure>, Error> {
             drawing: Ok(radii_of(&radii, taylor.as_ref())),
         });
     }
+    figures.extend(super::quadrotor::figures(source)?);
     Ok(figures)
 }
 

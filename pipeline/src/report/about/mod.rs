@@ -4,6 +4,7 @@ mod r#box;
 mod cz;
 mod ezgkf;
 mod inzsmf;
+mod quadrotor;
 
 use crate::error::Error;
 use crate::lake;

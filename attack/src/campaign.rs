@@ -1,0 +1,132 @@
+//! One target, one attack, one run: who was lost.
+
+use crate::adversary::{Attack, choose};
+use crate::targets::Target;
+use zonobench_estimation::estimator::Containment;
+use zonobench_estimation::simulate::{InitialState, Inputs, Noise, SimulationError, Truth};
+use zonobench_estimation::{
+    AnyBelief, AnyEstimator, Belief, EstimationError, Trajectory, simulate, track,
+};
+use zonobench_sets::Interval;
+
+/// A component of the state beyond which a run is given up: some systems diverge under constant noise.
+const FAR: f64 = 1e6;
+
+/// What was counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Sets that were judged: predicted and updated ones.
+    pub steps: u64,
+    /// Sets that certainly do not hold the truth, or were called empty.
+    pub lost: u64,
+    /// Sets of which neither is certain.
+    pub undecided: u64,
+    /// Runs that the estimator refused to go on with.
+    pub refused: u64,
+}
+
+impl std::ops::AddAssign for Counts {
+    fn add_assign(&mut self, other: Self) {
+        self.steps += other.steps;
+        self.lost += other.lost;
+        self.undecided += other.undecided;
+        self.refused += other.refused;
+    }
+}
+
+impl Counts {
+    fn judge(&mut self, belief: &AnyBelief, truth: &[Interval]) {
+        self.steps += 1;
+        match belief.contains(truth) {
+            Containment::Inside => {}
+            Containment::Outside => self.lost += 1,
+            Containment::Undecided => self.undecided += 1,
+        }
+    }
+}
+
+/// Run `run` of `attack` against `target`.
+///
+/// The problem, the noise and the first state depend on the three alone. Fails where the target's problem
+/// cannot be simulated or its estimator not be made, and where the estimator fails otherwise than by an
+/// empty set or a refusal; the text says which.
+pub fn attack(target: &Target, attack: Attack, run: u64) -> Result<Counts, String> {
+    let failed = |what: &str, e: &dyn std::fmt::Display| {
+        let (name, system) = (target.name, target.system);
+        format!(
+            "{name} on {system}, {}, run {run}: {what}: {e}",
+            attack.name()
+        )
+    };
+    let problem = (target.problem)(target.seed(), run);
+    let settings = serde_json::from_str(target.settings).map_err(|e| failed("settings", &e))?;
+    let estimator = AnyEstimator::new(&settings, &problem).map_err(|e| failed("estimator", &e))?;
+    let steps = target.steps;
+    let inputs = vec![target.input.to_vec(); steps + 1];
+    let seed = target.seed() ^ (attack as u64 + 1);
+    let choice = choose(attack, &estimator, &problem, &inputs, seed, run, steps);
+    let delta = Truth::assumed_delta(&problem.system);
+    let truth = Truth {
+        x0: InitialState::Point(choice.x0),
+        w: Noise::Data(choice.w),
+        v: Noise::Data(choice.v),
+        delta,
+    };
+    let inputs = Inputs::Data(inputs);
+    let simulated = |steps| simulate(&problem.system, &truth, &inputs, seed, run, steps);
+    let data = match simulated(steps) {
+        Err(SimulationError::Diverged { k, .. }) => simulated(k.saturating_sub(1)),
+        other => other,
+    };
+    let data = data.map_err(|e| failed("simulation", &e))?;
+    // A state that leaves for infinity is followed as far as its sets mean something.
+    let far = |x: &Vec<f64>| x.iter().any(|x| x.abs() > FAR);
+    let end = data.x.iter().position(far).unwrap_or(data.x.len());
+    judge(&estimator, &data, end).map_err(|e| failed("step", &e))
+}
+
+/// Tracks the data and judges every belief before step `end`.
+fn judge(
+    estimator: &AnyEstimator,
+    data: &Trajectory,
+    end: usize,
+) -> Result<Counts, EstimationError> {
+    let measured: Vec<Vec<Option<f64>>> = data
+        .y
+        .iter()
+        .map(|y| y.iter().copied().map(Some).collect())
+        .collect();
+    let mut counts = Counts::default();
+    for step in track(estimator, data.x.len() - 1, &data.u, &measured).take(end) {
+        let truth = enclosed(&data.x[step.k], &data.rounding[step.k]);
+        if let Some(belief) = &step.predicted {
+            counts.judge(belief, &truth);
+        }
+        match &step.updated {
+            Ok(belief) => {
+                if !step
+                    .predicted
+                    .as_ref()
+                    .is_some_and(|b| b.says_the_same(belief))
+                {
+                    counts.judge(belief, &truth);
+                }
+            }
+            Err(EstimationError::Inconsistent { .. }) => {
+                counts.steps += 1;
+                counts.lost += 1;
+            }
+            Err(EstimationError::Refused { .. }) => counts.refused += 1,
+            Err(other) => return Err(other.clone()),
+        }
+    }
+    Ok(counts)
+}
+
+/// x ± rounding, as intervals.
+fn enclosed(x: &[f64], rounding: &[f64]) -> Vec<Interval> {
+    let side = |(x, r): (&f64, &f64)| {
+        Interval::new((x - r).next_down(), (x + r).next_up()).unwrap_or(Interval::ENTIRE)
+    };
+    x.iter().zip(rounding).map(side).collect()
+}

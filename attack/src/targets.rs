@@ -1,0 +1,252 @@
+//! What is attacked: a kind of estimator on a family of problems.
+
+use zonobench_estimation::random::{Draws, Purpose};
+use zonobench_estimation::systems::Linear;
+use zonobench_estimation::{AnySystem, Problem, Uncertain};
+use zonobench_sets::Matrix;
+
+/// An estimator and the problems it is attacked on.
+#[derive(Clone, Copy, Debug)]
+pub struct Target {
+    /// The paper whose estimator it is.
+    pub paper: &'static str,
+    /// The name in the tables.
+    pub name: &'static str,
+    /// The family of problems.
+    pub system: &'static str,
+    /// Whether the estimator is called guaranteed, in which case none may be lost.
+    pub guaranteed: bool,
+    /// The last step of a run.
+    pub steps: usize,
+    /// Runs of every attack in the default campaign.
+    pub runs: u64,
+    /// The settings, as JSON.
+    pub(crate) settings: &'static str,
+    /// The problem of a run.
+    pub(crate) problem: fn(u64, u64) -> Problem,
+    /// u_k for every k.
+    pub(crate) input: &'static [f64],
+}
+
+impl Target {
+    /// Targets of one system share their problems and differ in nothing but the estimator.
+    pub(crate) fn seed(&self) -> u64 {
+        // FNV-1a, shifted to leave room for the attack.
+        let hash = self.system.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| {
+            (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3)
+        });
+        hash << 8
+    }
+}
+
+const LINEAR: Target = Target {
+    paper: "box",
+    name: "",
+    system: "linear",
+    guaranteed: true,
+    steps: 100,
+    runs: 20,
+    settings: "",
+    problem: linear,
+    input: &[],
+};
+
+const RAIMONDO: Target = Target {
+    paper: "cz",
+    system: "raimondo",
+    problem: raimondo,
+    runs: 3,
+    ..LINEAR
+};
+
+const VEHICLE: Target = Target {
+    paper: "inzsmf",
+    system: "vehicle-se2",
+    steps: 500,
+    problem: vehicle,
+    input: &[0.4, 8.0],
+    runs: 2,
+    ..LINEAR
+};
+
+const ZMV: &str = r#"{"kind": "zmv", "generators": 12}"#;
+const ZFO: &str = r#"{"kind": "zfo", "generators": 12}"#;
+const CZMV: &str = r#"{"kind": "czmv", "generators": 12, "constraints": 3}"#;
+const CZFO: &str = r#"{"kind": "czfo", "generators": 12, "constraints": 3, "expansion": "lean"}"#;
+const CZFO_PRINTED: &str = r#"{"kind": "czfo", "generators": 12, "constraints": 3, "h": "xb",
+    "expansion": "lean", "remainder": "printed"}"#;
+const ENCLOSED: &str =
+    r#"{"kind": "inzsmf", "generators": 120, "reduction": "girard", "remainder": "enclosed"}"#;
+
+/// Everything that is attacked.
+pub const TARGETS: &[Target] = &[
+    Target {
+        name: "box-state-est",
+        settings: r#"{"kind": "box-state-est", "products": "stacked"}"#,
+        runs: 200,
+        ..LINEAR
+    },
+    Target {
+        name: "box-state-est printed products",
+        guaranteed: false,
+        settings: r#"{"kind": "box-state-est", "products": "printed"}"#,
+        runs: 200,
+        ..LINEAR
+    },
+    Target {
+        paper: "cz",
+        name: "zmv",
+        settings: ZMV,
+        ..LINEAR
+    },
+    Target {
+        paper: "cz",
+        name: "zfo",
+        settings: ZFO,
+        ..LINEAR
+    },
+    Target {
+        paper: "cz",
+        name: "czmv",
+        settings: CZMV,
+        runs: 6,
+        ..LINEAR
+    },
+    Target {
+        paper: "cz",
+        name: "czfo",
+        settings: CZFO,
+        runs: 3,
+        ..LINEAR
+    },
+    Target {
+        name: "zmv",
+        settings: ZMV,
+        runs: 20,
+        ..RAIMONDO
+    },
+    Target {
+        name: "zfo",
+        settings: ZFO,
+        runs: 20,
+        ..RAIMONDO
+    },
+    Target {
+        name: "czmv",
+        settings: CZMV,
+        runs: 6,
+        ..RAIMONDO
+    },
+    Target {
+        name: "czfo",
+        settings: CZFO,
+        ..RAIMONDO
+    },
+    Target {
+        name: "czfo printed remainder",
+        guaranteed: false,
+        settings: CZFO_PRINTED,
+        ..RAIMONDO
+    },
+    Target {
+        name: "inzsmf enclosed",
+        settings: ENCLOSED,
+        ..VEHICLE
+    },
+    Target {
+        name: "inzsmf remainder dropped",
+        guaranteed: false,
+        settings: r#"{"kind": "inzsmf", "generators": 120, "reduction": "girard"}"#,
+        ..VEHICLE
+    },
+    Target {
+        name: "zsmf",
+        guaranteed: false,
+        settings: r#"{"kind": "zsmf", "generators": 30}"#,
+        ..VEHICLE
+    },
+];
+
+fn centered(radius: &[f64]) -> Uncertain {
+    let lower: Vec<f64> = radius.iter().map(|r| -r).collect();
+    Uncertain::from_box(&lower, radius).expect("the bounds are in order")
+}
+
+/// Random A, C and boxes; in every second run the states have units from 10⁻⁴ to 10⁴, and some states
+/// have no noise.
+fn linear(seed: u64, run: u64) -> Problem {
+    let mut draws = Draws::new(seed, Purpose::Delta, run);
+    let mut next = {
+        let mut component = 0;
+        move || {
+            component += 1;
+            draws.uniform(0, component, 0)
+        }
+    };
+    let n = 2 + (1.5 * (1.0 + next())) as usize;
+    let outputs = 1 + (1.0 + next()) as usize;
+    let unit: Vec<f64> = (0..n)
+        .map(|_| {
+            let exponent = 4.0 * next();
+            if run % 2 == 1 {
+                libm::pow(10.0, exponent)
+            } else {
+                1.0
+            }
+        })
+        .collect();
+    let a = Matrix::from_fn(n, n, |i, j| {
+        let coefficient = 1.6 / n as f64 * next() + if i == j { 0.4 } else { 0.0 };
+        coefficient * unit[i] / unit[j]
+    });
+    let c = Matrix::from_fn(outputs, n, |_, j| next() / unit[j]);
+    let w: Vec<f64> = unit
+        .iter()
+        .map(|u| {
+            let share = next();
+            if share < -0.6 {
+                0.0
+            } else {
+                0.1 * u * (1.0 + share)
+            }
+        })
+        .collect();
+    let v: Vec<f64> = (0..outputs).map(|_| 0.05 + 0.25 * (1.0 + next())).collect();
+    let system = Linear::new(a, None, c, None).expect("the shapes fit");
+    Problem {
+        system: AnySystem::Linear(system),
+        prior: centered(&unit),
+        w: centered(&w),
+        v: centered(&v),
+    }
+}
+
+fn named(json: &str) -> AnySystem {
+    serde_json::from_str(json).expect("the system's parameters are its own")
+}
+
+/// The system of [Rego2020, Eq. (23)] from a box, with a tenth to a half of the noise of ±0.4: more of it
+/// on a vertex for good drives the state away.
+fn raimondo(seed: u64, run: u64) -> Problem {
+    let mut draws = Draws::new(seed, Purpose::Delta, run);
+    let mut share = |i| 0.1 + 0.2 * (1.0 + draws.uniform(0, i, 0));
+    let noise = |share: f64| vec![0.4 * share; 2];
+    Problem {
+        system: named(r#"{"kind": "raimondo", "form": "tight"}"#),
+        prior: Uncertain::from_box(&[0.1, 0.3], &[0.9, 0.7]).expect("the bounds are in order"),
+        w: centered(&noise(share(0))),
+        v: centered(&noise(share(1))),
+    }
+}
+
+/// The vehicle of [Li, Sec. IV] from a start that the enclosing filter can hold.
+fn vehicle(_seed: u64, _run: u64) -> Problem {
+    let quarter = core::f64::consts::FRAC_PI_2;
+    let prior = Uncertain::zonotope(vec![quarter, 0.0, 0.0], Matrix::diagonal(&[0.1, 0.5, 0.5]));
+    Problem {
+        system: named(r#"{"kind": "vehicle-se2", "dt": 0.01, "form": "euler"}"#),
+        prior,
+        w: centered(&[0.1; 3]),
+        v: centered(&[1.0; 2]),
+    }
+}

@@ -1,0 +1,180 @@
+//! A polytope that contains x_k, and the systems' functions that its filters decompose.
+
+use crate::estimator::{Belief, Containment, Shape, Size, box_contains};
+use crate::system::{AnySystem, System};
+use std::sync::OnceLock;
+use zonobench_sets::lp::{LinearProgram, Work};
+use zonobench_sets::number::{Function, Real};
+use zonobench_sets::{
+    ConstrainedZonotope, Interval, IntervalVector, Matrix, Polytope, SetError, Slab,
+};
+
+/// A polytope that contains x_k: a constrained zonotope with slack, its hull, and, made when first asked
+/// for and up to three dimensions, its facets, vertices and volume.
+#[derive(Clone, Debug)]
+pub struct PolytopeBelief {
+    pub(super) set: ConstrainedZonotope,
+    pub(super) hull: IntervalVector,
+    /// Slabs that hold the set and that no program was solved for: those of the last measurement.
+    pub(super) strips: Vec<Slab>,
+    outline: OnceLock<Result<Polytope, SetError>>,
+    work: Work,
+}
+
+impl PolytopeBelief {
+    /// With its hull by 2n linear programs. Fails with `Empty` if the set is proved empty.
+    pub(super) fn new(
+        set: ConstrainedZonotope,
+        strips: Vec<Slab>,
+        lp: &mut LinearProgram,
+    ) -> Result<Self, SetError> {
+        let hull = set.interval_hull_with(lp)?;
+        Ok(Self {
+            set,
+            hull,
+            strips,
+            outline: OnceLock::new(),
+            work: lp.work(),
+        })
+    }
+
+    /// The box of the hull, all else forgotten.
+    pub(super) fn boxed(&self) -> Result<Self, SetError> {
+        Ok(Self {
+            set: ConstrainedZonotope::from_box(&self.hull)?,
+            hull: self.hull.clone(),
+            strips: Vec::new(),
+            outline: OnceLock::from(Ok(Polytope::from_box(&self.hull))),
+            work: self.work,
+        })
+    }
+
+    /// A polytope whose facets are known.
+    pub(super) fn known(polytope: Polytope, lp: &LinearProgram) -> Result<Self, SetError> {
+        Ok(Self {
+            set: polytope.to_constrained_zonotope()?,
+            hull: polytope.hull().clone(),
+            strips: Vec::new(),
+            outline: OnceLock::from(Ok(polytope)),
+            work: lp.work(),
+        })
+    }
+
+    /// The set.
+    pub fn set(&self) -> &ConstrainedZonotope {
+        &self.set
+    }
+
+    /// Facets, vertices and volume. Fails with `Range` above three dimensions.
+    pub fn outline(&self) -> Result<&Polytope, SetError> {
+        self.outline
+            .get_or_init(|| Polytope::enclosing(&self.set))
+            .as_ref()
+            .map_err(Clone::clone)
+    }
+}
+
+impl Belief for PolytopeBelief {
+    /// The center of the interval hull.
+    fn center(&self) -> Vec<f64> {
+        self.hull.mid()
+    }
+    fn interval_hull(&self) -> Option<IntervalVector> {
+        Some(self.hull.clone())
+    }
+    /// By the facets where there are any, which need no program; else by the constrained zonotope.
+    fn contains(&self, x: &[Interval]) -> Containment {
+        if box_contains(&self.hull, x) == Containment::Outside {
+            return Containment::Outside;
+        }
+        if let Some(Ok(outline)) = self.outline.get() {
+            return outline.contains(x);
+        }
+        self.set.contains(x).unwrap_or(Containment::Undecided)
+    }
+    fn covariance(&self) -> Option<&Matrix> {
+        None
+    }
+    /// The volume of a set in more than three dimensions is None.
+    fn size(&self) -> Size {
+        Size {
+            n_generators: Some(self.set.generators()),
+            n_constraints: Some(self.set.constraints()),
+            radius: Some(self.hull.rad().into_iter().fold(0.0, f64::max)),
+            volume: self.outline().ok().and_then(Polytope::volume),
+            lp_count: self.work.programs as usize,
+            pivots: self.work.pivots as usize,
+            ..Size::default()
+        }
+    }
+    /// The set with its slack made generators, which is the same set.
+    fn shape(&self) -> Shape {
+        let small = match self.outline() {
+            Ok(outline) => outline.to_constrained_zonotope().ok(),
+            Err(_) => None,
+        };
+        let set = small.unwrap_or_else(|| self.set.clone()).fold();
+        Shape {
+            kind: "constrained-zonotope",
+            center: set.c().to_vec(),
+            generators: Some(set.g().clone()),
+            constraints: Some((set.a().clone(), set.b().to_vec())),
+            bounds: Some(self.hull.clone()),
+            ..Shape::default()
+        }
+    }
+}
+
+/// Which of the system's two functions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Side {
+    Dynamics,
+    Output,
+}
+
+/// (x, e) ↦ f(k, x, u, e) or h(k, x, u, e), or x ↦ f(k, x, u, 0) where the noise is left out.
+pub(super) struct Equation<'a> {
+    pub system: &'a AnySystem,
+    pub side: Side,
+    pub k: usize,
+    pub u: &'a [f64],
+    pub n: usize,
+    pub n_e: usize,
+    pub outputs: usize,
+    pub with_noise: bool,
+}
+
+impl Equation<'_> {
+    fn apply<S: Real>(&self, x: &[S], e: &[S], out: &mut [S]) {
+        match self.side {
+            Side::Dynamics => self.system.f(self.k, x, self.u, e, out),
+            Side::Output => self.system.h(self.k, x, self.u, e, out),
+        }
+    }
+}
+
+/// Noises of at most this many components need no allocation.
+const SMALL: usize = 16;
+
+impl Function for Equation<'_> {
+    fn inputs(&self) -> usize {
+        if self.with_noise {
+            self.n + self.n_e
+        } else {
+            self.n
+        }
+    }
+    fn outputs(&self) -> usize {
+        self.outputs
+    }
+    fn evaluate<S: Real>(&self, z: &[S], out: &mut [S]) {
+        let zero = S::constant(0.0);
+        if self.with_noise {
+            self.apply(&z[..self.n], &z[self.n..], out);
+        } else if self.n_e <= SMALL {
+            self.apply(z, &[zero; SMALL][..self.n_e], out);
+        } else {
+            self.apply(z, &vec![zero; self.n_e], out);
+        }
+    }
+}

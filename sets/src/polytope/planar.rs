@@ -1,0 +1,118 @@
+//! The vertices and edges of a convex set of the plane, by a sweep of supports that ends when every edge
+//! is confirmed.
+//!
+//! The polygon grows from the extreme points along the axes: the outward normal of an edge is a
+//! direction to maximise, and either finds a vertex beyond the edge or shows that it is one. So there are
+//! about two programs a vertex, and no direction is missed.
+
+use crate::SetError;
+
+pub(crate) type Point = [f64; 2];
+
+/// What is known of one direction: an upper bound on the support, and a point where it is attained up to
+/// rounding.
+pub(crate) type Extreme2 = (f64, Point);
+
+/// A polygon by its vertices, counter-clockwise from the lowest, and the confirmed half-planes.
+pub(crate) struct Polygon {
+    pub points: Vec<Point>,
+    /// Unit normals with the upper bound on the support: one an edge, and the axes for a segment or point.
+    pub edges: Vec<(Point, f64)>,
+}
+
+/// An edge whose normal is this close to an axis has that axis for normal.
+const SAME_DIRECTION: f64 = 1e-9;
+
+impl Polygon {
+    /// The polygon of the set that `extreme` describes; points closer than `near` are the same vertex.
+    ///
+    /// A segment has 2 vertices, a point 1. Fails as `extreme` does.
+    pub fn grow(
+        near: f64,
+        mut extreme: impl FnMut(Point) -> Result<Extreme2, SetError>,
+    ) -> Result<Self, SetError> {
+        let mut points: Vec<Point> = Vec::new();
+        let mut axes: Vec<(Point, f64)> = Vec::new();
+        for d in [[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]] {
+            let (upper, v) = extreme(d)?;
+            axes.push((d, upper));
+            if points.iter().all(|p| distance(*p, v) > near) {
+                points.push(v);
+            }
+        }
+        if points.len() == 1 {
+            return Ok(Self {
+                points,
+                edges: axes,
+            });
+        }
+        let mut edges: Vec<(Point, f64)> = Vec::new();
+        // Every edge is either confirmed or split in two, and a split adds a vertex beyond `near`.
+        let mut edge = 0;
+        while edge < points.len() {
+            let (p, q) = (points[edge], points[(edge + 1) % points.len()]);
+            let length = distance(p, q);
+            let normal = [(q[1] - p[1]) / length, (p[0] - q[0]) / length];
+            let along_axis = axes
+                .iter()
+                .find(|(d, _)| distance(*d, normal) < SAME_DIRECTION);
+            if let Some(&known) = along_axis {
+                edges.push(known);
+                edge += 1;
+                continue;
+            }
+            let (upper, v) = extreme(normal)?;
+            let beyond = normal[0] * (v[0] - p[0]) + normal[1] * (v[1] - p[1]);
+            if beyond > near {
+                points.insert(edge + 1, v);
+            } else {
+                edges.push((normal, upper));
+                edge += 1;
+            }
+        }
+        if points.len() == 2 {
+            edges.extend(axes);
+        }
+        Ok(Self {
+            points: without_straight_corners(points, near),
+            edges,
+        })
+    }
+
+    /// The area by the shoelace formula over the vertices; rounded to nearest.
+    pub fn area(&self) -> f64 {
+        let v = &self.points;
+        let o = v[0];
+        let corner = |p: Point| [p[0] - o[0], p[1] - o[1]];
+        let pairs = v.windows(2).map(|w| (corner(w[0]), corner(w[1])));
+        pairs
+            .map(|(a, b)| 0.5 * (a[0] * b[1] - a[1] * b[0]))
+            .sum::<f64>()
+            .max(0.0)
+    }
+}
+
+fn distance(p: Point, q: Point) -> f64 {
+    libm::hypot(p[0] - q[0], p[1] - q[1])
+}
+
+/// The polygon without vertices that lie within `near` of the line through their neighbours: extreme
+/// points along the axes may lie inside an edge.
+fn without_straight_corners(polygon: Vec<Point>, near: f64) -> Vec<Point> {
+    let mut kept = polygon;
+    let mut i = 0;
+    while kept.len() > 2 && i < kept.len() {
+        let (p, v, q) = (
+            kept[(i + kept.len() - 1) % kept.len()],
+            kept[i],
+            kept[(i + 1) % kept.len()],
+        );
+        let area = (v[0] - p[0]) * (q[1] - p[1]) - (v[1] - p[1]) * (q[0] - p[0]);
+        if area.abs() <= near * distance(p, q) {
+            kept.remove(i);
+        } else {
+            i += 1;
+        }
+    }
+    kept
+}
