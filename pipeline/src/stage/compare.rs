@@ -4,6 +4,7 @@
 //! the table `comparison`. Derived numbers (ratios of scores) have the spread of a paired bootstrap.
 
 use crate::error::Error;
+use crate::experiment::MetricSpec;
 use crate::papers::Paper;
 use crate::published::{Cell, Comparison as Claim, Published, half_unit};
 use crate::rows::{self, Comparison, Complexity, Metric, TimingComparison};
@@ -207,7 +208,12 @@ impl Results<'_> {
             });
         };
         let (over, over_metric) = cell.over.split_once(':').unwrap_or((&cell.over, metric));
-        let (a, b) = (of(&cell.estimator, metric)?, of(over, over_metric)?);
+        let a = of(&cell.estimator, metric)?;
+        let b = match of(over, over_metric) {
+            Some(b) => b,
+            None if self.is_over(&cell.experiment, over_metric, over) => vec![1.0; a.len()],
+            None => return None,
+        };
         if a.len() != b.len() {
             return None;
         }
@@ -243,6 +249,19 @@ impl Results<'_> {
         })
     }
 
+    /// Whether the metric is itself a ratio to this estimator in all of the experiments: then the estimator's
+    /// own, which is not kept, is 1.
+    fn is_over(&self, experiments: &str, metric: &str, estimator: &str) -> bool {
+        experiments.split('+').all(|id| {
+            let found = self.paper.experiments.iter().find(|e| e.id == id.trim());
+            found.is_some_and(|e| {
+                let is = |m: &&MetricSpec| m.id == metric;
+                let spec = e.metrics.iter().find(is);
+                spec.is_some_and(|m| m.over.as_deref() == Some(estimator))
+            })
+        })
+    }
+
     /// The verdict of the ledger on the claim that a cell names.
     fn claim(&self, p: &Published, cell: &Cell) -> Comparison {
         let Some(claim) = self
@@ -272,6 +291,9 @@ impl Results<'_> {
         }
         if cell.metric == "claims" {
             return self.claim(p, cell);
+        }
+        if cell.metric == "not-run" {
+            return row(p, &cell.reading, "not_reproducible", cell.finding.clone());
         }
         if cell.metric == "timing" {
             return row(p, &cell.reading, "lost_in_source", cell.finding.clone());

@@ -2,7 +2,7 @@
 //! components are positions in m.
 //!
 //! Topics in the frame `space`: `/truth/path_space`, `/truth/pose_space`, `/estimate/<id>/box_space` (the hull of
-//! each step in place of the one before) and `/estimate/<id>/boxes_space` (those of every hundredth step, which stay).
+//! each step in place of the one before) and `/estimate/<id>/boxes_space` (one of every hundred steps, which stay).
 
 use super::messages::{LinePrimitive, Point3, Pose, PoseInFrame, Quaternion, SceneEntity, Vector3};
 use super::{
@@ -13,7 +13,7 @@ use super::{
 /// The frame of the three positions.
 pub(super) const FRAME: &str = "space";
 
-/// Steps between two boxes that stay.
+/// Steps from one box that stays to the next.
 const BETWEEN: usize = 100;
 
 /// True if the state, given by the names and units of its components, begins with a position.
@@ -70,7 +70,13 @@ pub(super) fn topics(trace: &Trace, moments: &[Moment]) -> Vec<Topic> {
         now.collect(),
     );
     // The prior cut by one measurement would hide the rest.
-    let kept = steps().filter(|(step, _)| step.k > 0 && step.k.is_multiple_of(BETWEEN));
+    // A long trace holds every sixth step or so: of each hundred the first that it has.
+    let mut hundreds = 0;
+    let kept = steps().filter(|(step, _)| {
+        let first = step.k / BETWEEN > hundreds;
+        hundreds = step.k / BETWEEN;
+        first
+    });
     let kept = kept.filter_map(|(step, at)| {
         let mut drawn = entity(at, &format!("box_{}", step.k));
         drawn.lines = cuboid(step)?;

@@ -23,7 +23,10 @@ pub const ABOUT: About = About {
            change of center doubles the generators, and the remainder grows with the square of their sum. Another \
            change of center, `xb`, which is not in the paper, gives the printed numbers, but not the paper's Fig. 1. \
            Theorem 3 as printed loses points where it is expanded about another point than the center; the code \
-           takes the symmetric half Hessian there.",
+           takes the symmetric half Hessian there.\n\n\
+           Example 2, a quadrotor of twelve states at 100 Hz, comes out over its whole flight, with the true state \
+           proved to be in every set. CZFO is there in a lean form, since all products of twelve constraints \
+           take too long for a flight.",
     not_drawn: "",
     draw,
 };
