@@ -23,6 +23,11 @@ const STAGES: &[(&str, &[&str], &[&str])] = &[
     ("TRACE", MATHEMATICS, &["stage/trace.rs", "trace"]),
     ("REDUCE", MATHEMATICS, &["stage/reduce.rs"]),
     (
+        "ATTACK",
+        &["sets/src", "estimation/src", "attack/src"],
+        &["stage/attack.rs"],
+    ),
+    (
         "COUNT",
         &["sets/src", "estimation/src", "complexity/src"],
         &["stage/count.rs"],
@@ -64,6 +69,7 @@ fn main() {
     for watched in [
         "sets/src",
         "estimation/src",
+        "attack/src",
         "claims/src",
         "complexity/src",
         "pipeline/src",

@@ -133,13 +133,13 @@ pub fn random(s: &mut Source, kind: Kind) -> (ConstrainedZonotope, Vec<f64>) {
     )
 }
 
-/// Takes the hulls of `sets` random sets of `kind`; lost is a hull that cuts off the point, and a set that
-/// is called empty.
-pub fn attack(kind: Kind, sets: u64) -> Counts {
+/// Takes the hulls of the `sets` random sets of `kind` from number `first` on; lost is a hull that cuts off the
+/// point, and a set that is called empty.
+pub fn attack(kind: Kind, first: u64, sets: u64) -> Counts {
     let mut counts = Counts::default();
     let mut lp = LinearProgram::new();
-    for i in 0..sets {
-        let (set, x) = random(&mut Source((kind as u64) << 40 | i), kind);
+    for i in first..first + sets {
+        let (set, x) = random(&mut Source(((kind as u64) << 40) | i), kind);
         counts.steps += 1;
         let holds = set.interval_hull_with(&mut lp).is_ok_and(|hull| {
             hull.iter()

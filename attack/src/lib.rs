@@ -12,6 +12,7 @@
 
 mod adversary;
 mod campaign;
+mod cases;
 pub mod hulls;
 mod rate;
 mod strips;
@@ -19,6 +20,7 @@ mod targets;
 
 pub use adversary::Attack;
 pub use campaign::{Counts, attack};
+pub use cases::{Case, cases};
 pub use rate::clopper_pearson_upper;
 pub use strips::{MARGINS, near_empty};
 pub use targets::{TARGETS, Target};

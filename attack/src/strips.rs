@@ -7,16 +7,16 @@ use zonobench_sets::{ConstrainedZonotope, Matrix, Zonotope};
 /// The margins 2⁻³ … 2⁻⁵⁰, about 10⁻¹ to 10⁻¹⁵, relative to the extent of the set.
 pub const MARGINS: [i32; 6] = [3, 10, 20, 30, 40, 50];
 
-/// Cuts `sets` zonotopes with a half-space that leaves a sliver, and beside it one that leaves nothing.
+/// Cuts the `sets` zonotopes from number `first` on with a half-space that leaves a sliver, and beside it one that leaves nothing.
 ///
 /// With s the support in a direction of small integers, the first half-space reaches down to s − m and
 /// the second to s + m, m = 2^−`margin`; both are exact in f64. Lost is a sliver that is called empty or
 /// whose hull cuts off the vertex that it holds; undecided is a nothing that is not called empty.
-pub fn near_empty(margin: i32, sets: u64) -> Counts {
+pub fn near_empty(margin: i32, first: u64, sets: u64) -> Counts {
     let m = f64::from_bits(((1023 - i64::from(margin)) as u64) << 52);
     let mut counts = Counts::default();
-    for i in 0..sets {
-        let mut s = Source((margin as u64) << 40 | i);
+    for i in first..first + sets {
+        let mut s = Source(((margin as u64) << 40) | i);
         let (n, p) = (s.size(1, 4), s.size(4, 12));
         // Multiples of 2⁻⁶ and a support below 2: s ± m has at most 52 bits behind the point.
         let g = Matrix::from_fn(n, p, |_, _| (s.below(3) as f64 - 1.0) / 64.0);

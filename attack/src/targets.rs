@@ -59,6 +59,11 @@ const RAIMONDO: Target = Target {
     ..LINEAR
 };
 
+const BUNDLE: Target = Target {
+    paper: "bundle",
+    ..RAIMONDO
+};
+
 const VEHICLE: Target = Target {
     paper: "inzsmf",
     system: "vehicle-se2",
@@ -147,6 +152,41 @@ pub const TARGETS: &[Target] = &[
         guaranteed: false,
         settings: CZFO_PRINTED,
         ..RAIMONDO
+    },
+    Target {
+        name: "rrsr",
+        settings: r#"{"kind": "rrsr"}"#,
+        ..BUNDLE
+    },
+    Target {
+        name: "d-rrsr",
+        settings: r#"{"kind": "d-rrsr"}"#,
+        ..BUNDLE
+    },
+    Target {
+        name: "d-zb",
+        settings: r#"{"kind": "d-zb"}"#,
+        ..BUNDLE
+    },
+    Target {
+        name: "d-cz",
+        settings: r#"{"kind": "d-cz"}"#,
+        ..BUNDLE
+    },
+    Target {
+        name: "comb",
+        settings: r#"{"kind": "comb"}"#,
+        ..BUNDLE
+    },
+    Target {
+        name: "comb+",
+        settings: r#"{"kind": "comb+"}"#,
+        ..BUNDLE
+    },
+    Target {
+        name: "lift",
+        settings: r#"{"kind": "lift"}"#,
+        ..BUNDLE
     },
     Target {
         name: "inzsmf enclosed",

@@ -35,12 +35,16 @@ fn the_attacks_break_what_is_not_guaranteed() {
 #[test]
 fn hulls_hold_their_points_and_slivers_are_found() {
     for (kind, name) in hulls::Kind::ALL {
-        assert_eq!(hulls::attack(kind, 300).lost, 0, "{name}");
+        assert_eq!(hulls::attack(kind, 0, 300).lost, 0, "{name}");
     }
     for margin in MARGINS {
-        assert_eq!(near_empty(margin, 100).lost, 0, "2^-{margin}");
+        assert_eq!(near_empty(margin, 0, 100).lost, 0, "2^-{margin}");
     }
-    assert_eq!(near_empty(3, 100).undecided, 0, "an eighth is not a sliver");
+    assert_eq!(
+        near_empty(3, 0, 100).undecided,
+        0,
+        "an eighth is not a sliver"
+    );
 }
 
 #[test]

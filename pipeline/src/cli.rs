@@ -1,5 +1,6 @@
 //! The command line.
 
+use crate::campaign;
 use crate::engine::{self, Finished};
 use crate::error::Error;
 use crate::experiment::Experiment;
@@ -9,6 +10,7 @@ use crate::papers::{self, Paper};
 use crate::progress::{Progress, Verbosity};
 use crate::query;
 use crate::report;
+use crate::stage::attack::{self, Size};
 use crate::stage::compare::Scale;
 use crate::stage::count::text as counts_text;
 use crate::store::{Status, Store};
@@ -144,6 +146,21 @@ enum Command {
         /// Only this claim, with its statement and what follows
         #[arg(long, value_name = "ID")]
         claim: Option<String>,
+        /// Threads; all processors if not given
+        #[arg(long, value_parser = number_of_threads)]
+        jobs: Option<usize>,
+    },
+    /// Attack what is called guaranteed, and count the sets that do not hold the truth
+    ///
+    /// Random and adversarial problems; noise on the vertices of its bounds, bang-bang, constant, or chosen by an
+    /// adversary that sees the sets. Nothing is read or kept; the lake's table `attack` holds the default campaign.
+    /// Exit code 1 if something guaranteed was lost.
+    Attack {
+        /// Paper (all if not given)
+        paper: Option<String>,
+        /// So many times the runs of the default campaign
+        #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+        times: u64,
         /// Threads; all processors if not given
         #[arg(long, value_parser = number_of_threads)]
         jobs: Option<usize>,
@@ -300,6 +317,13 @@ fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
             print(&text)?;
             Ok(0)
         }
+        Command::Attack { paper, times, jobs } => {
+            let (paper, size) = (paper.as_deref(), Size::Times(times));
+            let progress = Progress::new(verbosity, campaign::units(paper, size)?);
+            let found = threads(jobs)?.install(|| campaign::run(paper, size, &progress))?;
+            print(&found.text)?;
+            Ok(u8::from(found.broken))
+        }
         Command::Verify { lake } => verify(&lake.lake),
     }
 }
@@ -339,12 +363,10 @@ fn run_all(
     experiments: &[Arc<Experiment>],
     progress: &Progress,
 ) -> Result<Vec<Finished>, Error> {
-    let finished = experiments
+    experiments
         .par_iter()
         .map(|e| engine::run(store, e, progress))
-        .collect();
-    progress.clear();
-    finished
+        .collect()
 }
 
 fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error> {
@@ -353,17 +375,24 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
     if options.quick {
         papers = papers.into_iter().map(Paper::quick).collect();
     }
-    let scale = if options.quick {
-        Scale::Quick
+    let (scale, size) = if options.quick {
+        (Scale::Quick, Size::Quick)
     } else {
-        Scale::Full
+        (Scale::Full, Size::Times(1))
     };
     let default = if options.quick { "lake-quick" } else { "lake" };
     let lake = options.lake.clone().unwrap_or_else(|| default.into());
     let store = Store::open(&lake)?;
     let experiments: Vec<Arc<Experiment>> =
         papers.iter().flat_map(|p| p.experiments.clone()).collect();
-    let progress = Progress::new(verbosity, work(&experiments));
+    let attacks = |p: &Paper| {
+        let systems = attack::systems(&p.name).into_iter();
+        systems
+            .map(|s| attack::units(&p.name, s, size))
+            .sum::<u64>()
+    };
+    let total = work(&experiments) + papers.iter().map(attacks).sum::<u64>();
+    let progress = Progress::new(verbosity, total);
     let pool = threads(options.jobs)?;
     let finished = pool.install(|| run_all(&store, &experiments, &progress))?;
     let mut files = Vec::new();
@@ -371,9 +400,14 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
         files.extend(engine::publications(f)?);
     }
     for paper in &papers {
+        let name = &paper.name;
+        progress.stage(name, "claims, counts and comparison");
         let compared = pool.install(|| engine::compare(&store, paper, &finished, scale))?;
         files.extend(engine::paper_publications(paper, &compared)?);
+        progress.stage(name, "attacks");
+        files.extend(pool.install(|| engine::attack(&store, name, size, &progress))?);
     }
+    progress.clear();
     let names: Vec<&str> = papers.iter().map(|p| p.name.as_str()).collect();
     pool.install(|| lake::publish(&lake, files, |paper, _| names.contains(&paper)))?;
     for f in &finished {
@@ -489,6 +523,7 @@ fn run_files(
     let progress = Progress::new(verbosity, work(&experiments));
     let pool = threads(jobs)?;
     let finished = pool.install(|| run_all(&store, &experiments, &progress))?;
+    progress.clear();
     let mut published = Vec::new();
     for f in &finished {
         published.extend(engine::publications(f)?);

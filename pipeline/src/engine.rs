@@ -10,7 +10,8 @@ use crate::progress::Progress;
 use crate::rows;
 use crate::stage::estimate::Job;
 use crate::stage::{
-    Experiment, Recordings, claims, compare, count, estimate, reduce, score, simulate, trace,
+    Experiment, Recordings, attack, claims, compare, count, estimate, reduce, score, simulate,
+    trace,
 };
 use crate::store::{Artifact, Status, Store, Target};
 use crate::table;
@@ -206,6 +207,40 @@ pub fn counted(store: &Store, paper: &str) -> Result<Vec<rows::Complexity>, Erro
     }
 }
 
+fn attack_target(paper: &str, system: &str) -> Target {
+    Target {
+        paper: paper.to_owned(),
+        experiment: system.to_owned(),
+        stage: "attack",
+        estimator: None,
+    }
+}
+
+/// Attacks (or finds attacked) what of a paper is called guaranteed, on every family of problems; publishes the counts.
+pub fn attack(
+    store: &Store,
+    paper: &str,
+    size: attack::Size,
+    progress: &Progress,
+) -> Result<Vec<Publication<'static>>, Error> {
+    let one = |system: &'static str| {
+        let target = attack_target(paper, system);
+        let input = attack::input(paper, system, size);
+        let name = format!("{paper}/{system}");
+        let (artifact, made) = store.run(&target, attack::CODE, &input, |dir| {
+            attack::make(paper, system, size, dir, &|n| {
+                progress.advance(&name, "attack", n)
+            })
+        })?;
+        if !made {
+            progress.advance(&name, "attack", attack::units(paper, system, size));
+        }
+        let path = table_path("attack", paper, system);
+        copy(path, "attack", &artifact, attack::FILE)
+    };
+    attack::systems(paper).into_iter().map(one).collect()
+}
+
 /// What would run of a paper apart from its experiments.
 pub fn plan_paper(store: &Store, paper: &Paper) -> Vec<Planned> {
     let look = |stage, code: &str, input: &Value| {
@@ -217,6 +252,12 @@ pub fn plan_paper(store: &Store, paper: &Paper) -> Vec<Planned> {
     if let Some(input) = count::input(&paper.name) {
         planned.push(look("count", count::CODE, &input));
     }
+    planned.extend(attack::systems(&paper.name).into_iter().map(|system| {
+        let target = attack_target(&paper.name, system);
+        let input = attack::input(&paper.name, system, attack::Size::Times(1));
+        let status = store.status(&target, attack::CODE, &input);
+        Planned { target, status }
+    }));
     planned
 }
 

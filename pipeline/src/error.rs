@@ -143,6 +143,9 @@ pub enum Error {
         /// Why.
         source: Box<zonobench_estimation::simulate::SimulationError>,
     },
+    /// A case of the campaign against the guarantees cannot be run.
+    #[error("attack: {0}")]
+    Attack(String),
     /// A trace cannot be written.
     #[error("{}: {message}", path.display())]
     Trace {

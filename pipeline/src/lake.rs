@@ -310,6 +310,7 @@ fn tables() -> Vec<TableInfo> {
         info::<rows::Score>(true),
         info::<rows::Published>(true),
         info::<rows::Comparison>(true),
+        info::<rows::Attack>(true),
         info::<rows::Claim>(true),
         info::<rows::Complexity>(true),
         info::<rows::Timing>(false),
@@ -409,6 +410,17 @@ fn list(dir: &Path, relative: &str, out: &mut Vec<String>) {
 /// truth either.
 pub fn violations(lake: &Path, entries: &[Entry]) -> Result<Vec<Finding>, Error> {
     let mut findings = Vec::new();
+    for entry in entries.iter().filter(|e| e.table == "attack") {
+        let rows = table::read::<rows::Attack>(&lake.join(&entry.path))?;
+        let broken = rows.into_iter().filter(|r| r.guaranteed && r.lost > 0);
+        findings.extend(broken.map(|r| Finding {
+            path: entry.path.clone(),
+            what: format!(
+                "guarantee violated: {} under {} lost {} of {} sets",
+                r.estimator, r.attack, r.lost, r.steps
+            ),
+        }));
+    }
     for entry in entries.iter().filter(|e| e.table == "beliefs") {
         let keys = path_keys(&entry.path);
         let (Some(paper), Some(experiment)) = (keys.paper, keys.experiment) else {

@@ -5,6 +5,7 @@
 //! papers print ([`stage`]).
 
 pub mod bad_input;
+pub mod campaign;
 pub mod cli;
 pub mod engine;
 pub mod error;

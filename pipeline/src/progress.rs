@@ -50,6 +50,18 @@ impl Progress {
         }
     }
 
+    /// A paper's stage begins that is no experiment's.
+    pub fn stage(&self, paper: &str, stage: &str) {
+        let seconds = self.start.elapsed().as_secs_f64();
+        match &self.bar {
+            Some(bar) => bar.set_message(format!("{paper}: {stage}")),
+            None => self.say(
+                Verbosity::Normal,
+                &format!("{seconds:7.1} s  {paper}: {stage}"),
+            ),
+        }
+    }
+
     /// An experiment is done: `made` results are new, `found` were there.
     pub fn finish(&self, experiment: &str, made: usize, found: usize) {
         let seconds = self.start.elapsed().as_secs_f64();

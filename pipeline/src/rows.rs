@@ -209,6 +209,20 @@ table! {
 }
 
 table! {
+    /// An attack on what is called guaranteed, and on what is not.
+    Attack => "attack" sorted by 0 {
+        estimator: Name, "1", "estimator, or operation on sets";
+        attack: Name, "1", "how noise and first state, or the sets, are chosen";
+        steps: i64, "1", "sets that were judged";
+        lost: i64, "1", "sets that certainly do not hold the truth, or were called empty";
+        rate_hi: f64, "1", "upper Clopper-Pearson bound on the rate of lost sets at 95 %";
+        undecided: i64, "1", "sets of which it is not certain whether they hold the truth; of the intersections, empty sets not called so";
+        refused: i64, "1", "runs that the estimator refused to go on with";
+        guaranteed: bool, "1", "whether none may be lost";
+    }
+}
+
+table! {
     /// How long steps took. Never hashed, never in a snapshot.
     Timing => "timings" sorted by 1 {
         estimator: Name, "1", "name in the experiment file";

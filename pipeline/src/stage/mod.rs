@@ -1,8 +1,9 @@
 //! The stages: simulate → estimate → reduce → score → compare, and the traces beside them; `compare` also reads what
-//! was found of the papers' numbered claims and counted of their claims about cost.
+//! was found of the papers' numbered claims and counted of their claims about cost. `attack` stands alone.
 //!
 //! Each is a function of an input that names everything it reads, and a folder to write into.
 
+pub mod attack;
 pub mod claims;
 pub mod compare;
 pub mod count;
