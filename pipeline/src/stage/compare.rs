@@ -642,6 +642,10 @@ mod tests {
         let results = Results {
             paper: &paper,
             scores,
+            ledgers: Ledgers {
+                claims: Vec::new(),
+                complexity: Vec::new(),
+            },
         };
         let of = |experiments: &str| results.values(experiments, "e", "m", "");
         assert_eq!(of("a"), Some(vec![1.0, 3.0]));
