@@ -149,7 +149,10 @@ fn lift_is_the_smallest_of_all() {
             let lift = volumes(METHODS[8], &problem, &path);
             for settings in &METHODS[..8] {
                 let other = volumes(settings, &problem, &path);
-                let within = lift.iter().zip(&other).all(|(l, o)| *l <= o * (1.0 + 1e-9) + 1e-11);
+                let within = lift
+                    .iter()
+                    .zip(&other)
+                    .all(|(l, o)| *l <= o * (1.0 + 1e-9) + 1e-11);
                 assert!(within, "{settings}: {lift:?} {other:?}");
             }
         }
