@@ -114,4 +114,17 @@ mod tests {
             assert!((next[0] - expected[0]).abs() < 1e-14 && (next[1] - expected[1]).abs() < 1e-14);
         }
     }
+
+    #[test]
+    fn nothing_is_measured_where_there_is_no_output() {
+        let system = Raimondo {
+            output: Measured::None,
+            ..Raimondo::default()
+        };
+        let variables = system.variables();
+        assert_eq!((variables.x.len(), variables.w.len()), (2, 2));
+        assert!(variables.y.is_empty() && variables.v.is_empty());
+        let mut y: [f64; 0] = [];
+        system.h(0, &[0.8, 0.65], &[], &[], &mut y);
+    }
 }

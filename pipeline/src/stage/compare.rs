@@ -641,4 +641,39 @@ mod tests {
         assert_eq!(parameter(text, "metric.rmse.from"), Some(4.0));
         assert_eq!(parameter(text, "metric.rmse.to"), None);
     }
+
+    #[test]
+    fn several_experiments_are_averaged_run_by_run() {
+        let paper = Paper {
+            name: "p".to_owned(),
+            experiments: Vec::new(),
+            texts: Vec::new(),
+            published: Vec::new(),
+            cells: Vec::new(),
+        };
+        let held = |values: &[f64]| {
+            let subject: Subject = ("e".into(), "m".into(), None, None);
+            vec![(subject, values.to_vec())]
+        };
+        let scores = [
+            ("a", held(&[1.0, 3.0])),
+            ("b", held(&[2.0, 6.0])),
+            ("c", held(&[1.0])),
+        ];
+        let scores = scores.map(|(id, values)| (id.to_owned(), values)).into();
+        let results = Results {
+            paper: &paper,
+            scores,
+            ledgers: Ledgers {
+                claims: Vec::new(),
+                complexity: Vec::new(),
+            },
+        };
+        let of = |experiments: &str| results.values(experiments, "e", "m", "");
+        assert_eq!(of("a"), Some(vec![1.0, 3.0]));
+        assert_eq!(of("a+b"), Some(vec![1.5, 4.5]));
+        // Runs that do not pair, and an experiment that is not there.
+        assert_eq!(of("a+c"), None);
+        assert_eq!(of("a+z"), None);
+    }
 }
