@@ -109,10 +109,10 @@ fn volumes(settings: &str, problem: &Problem, (xs, ys): &Run) -> Vec<f64> {
                 for _ in 0..2 {
                     let verdict = belief.contains(&x);
                     assert_ne!(verdict, Containment::Outside, "{settings} at {}", step.k);
-                    assert!(belief.size().volume.is_some());
+                    assert!(belief.volume().is_some());
                 }
             }
-            updated.size().volume.unwrap()
+            updated.volume().unwrap()
         })
         .collect();
     assert_eq!(volumes.len(), xs.len());
@@ -149,7 +149,10 @@ fn lift_is_the_smallest_of_all() {
             let lift = volumes(METHODS[8], &problem, &path);
             for settings in &METHODS[..8] {
                 let other = volumes(settings, &problem, &path);
-                let within = lift.iter().zip(&other).all(|(l, o)| *l <= o * (1.0 + 1e-9) + 1e-11);
+                let within = lift
+                    .iter()
+                    .zip(&other)
+                    .all(|(l, o)| *l <= o * (1.0 + 1e-9) + 1e-11);
                 assert!(within, "{settings}: {lift:?} {other:?}");
             }
         }
@@ -235,7 +238,7 @@ fn above_three_states_lift_has_hulls_and_no_volume_and_the_others_say_why_not() 
         for step in track(&e, 8, &[], &ys) {
             let belief = step.updated.unwrap();
             assert!(belief.interval_hull().unwrap().contains(&xs[step.k]));
-            assert_eq!(belief.size().volume, None);
+            assert_eq!(belief.volume(), None);
         }
     }
     for settings in METHODS[..8]
@@ -289,11 +292,11 @@ fn what_was_not_measured_changes_nothing_and_one_component_is_enough() {
         let nothing = vec![vec![None; 4]];
         let step = track(&e, 0, &[], &nothing).next().unwrap();
         let (before, after) = (step.predicted.unwrap(), step.updated.unwrap());
-        let [volume, same] = [&before, &after].map(|b| b.size().volume.unwrap());
+        let [volume, same] = [&before, &after].map(|b| b.volume().unwrap());
         assert!((volume - same).abs() <= 1e-12 * volume, "{settings}");
         let one = vec![vec![Some(15.6), None, None, None]];
         let step = track(&e, 0, &[], &one).next().unwrap();
-        let smaller = step.updated.unwrap().size().volume.unwrap();
-        assert!(smaller < before.size().volume.unwrap(), "{settings}");
+        let smaller = step.updated.unwrap().volume().unwrap();
+        assert!(smaller < before.volume().unwrap(), "{settings}");
     }
 }
