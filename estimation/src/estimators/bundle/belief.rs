@@ -82,15 +82,15 @@ impl Belief for PolytopeBelief {
     fn interval_hull(&self) -> Option<IntervalVector> {
         Some(self.hull.clone())
     }
-    /// By the facets where there are any, which need no program; else by the constrained zonotope.
+    /// By the facets up to three dimensions, which needs no program; else by the constrained zonotope.
     fn contains(&self, x: &[Interval]) -> Containment {
         if box_contains(&self.hull, x) == Containment::Outside {
             return Containment::Outside;
         }
-        if let Some(Ok(outline)) = self.outline.get() {
-            return outline.contains(x);
+        match self.outline() {
+            Ok(outline) => outline.contains(x),
+            Err(_) => self.set.contains(x).unwrap_or(Containment::Undecided),
         }
-        self.set.contains(x).unwrap_or(Containment::Undecided)
     }
     fn covariance(&self) -> Option<&Matrix> {
         None
