@@ -16,6 +16,7 @@ fn raimondo() -> Problem {
     Problem {
         system: AnySystem::Raimondo(Raimondo {
             form: QuotientForm::Expanded,
+            ..Raimondo::default()
         }),
         prior: Uncertain::zonotope(vec![0.5, 0.5], g),
         w: noise(0.1),
