@@ -16,6 +16,7 @@ fn raimondo() -> Problem {
     Problem {
         system: AnySystem::Raimondo(Raimondo {
             form: QuotientForm::Expanded,
+            ..Raimondo::default()
         }),
         prior: Uncertain::zonotope(vec![0.5, 0.5], g),
         w: noise(0.1),
@@ -83,7 +84,7 @@ fn steps(c: &mut Criterion) {
                 }
             }
             // The facets of the set that a step starts from belong to the step before.
-            belief.size();
+            belief.volume();
             group.bench_function(format!("{example}/{settings}"), |b| {
                 b.iter(|| {
                     let predicted = e.predict(3, black_box(&belief), &[]).unwrap();
@@ -91,7 +92,7 @@ fn steps(c: &mut Criterion) {
                     if hull {
                         black_box(updated.interval_hull());
                     } else {
-                        black_box(updated.size().volume);
+                        black_box(updated.volume());
                     }
                 });
             });

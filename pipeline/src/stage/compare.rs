@@ -17,6 +17,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::de::DeValue;
 
+/// A finding that begins so says why a number that differs could not come out: the paper leaves out what it
+/// depends on.
+const NOT_REPRODUCIBLE: &str = "Not reproducible:";
+
 /// The code that this stage can reach.
 pub const CODE: &str = env!("ZONOBENCH_CODE_COMPARE");
 
@@ -331,11 +335,12 @@ impl Results<'_> {
             }
             (_, Some(v)) if interval.is_some_and(|(lo, hi)| lo <= v && v <= hi) => "within_ci",
             (_, Some(_)) if close => "within_tolerance",
+            _ if cell.finding.starts_with(NOT_REPRODUCIBLE) => "not_reproducible",
             _ => "differs",
         };
         let explained = matches!(
             verdict,
-            "differs" | "does_not_hold" | "lost_in_source" | "error"
+            "differs" | "does_not_hold" | "not_reproducible" | "lost_in_source" | "error"
         );
         let reason = if explained && !cell.finding.is_empty() {
             self.fill(&cell.finding, p, cell, &number, interval, rel_diff)

@@ -82,30 +82,32 @@ impl Belief for PolytopeBelief {
     fn interval_hull(&self) -> Option<IntervalVector> {
         Some(self.hull.clone())
     }
-    /// By the facets where there are any, which need no program; else by the constrained zonotope.
+    /// By the facets up to three dimensions, which needs no program; else by the constrained zonotope.
     fn contains(&self, x: &[Interval]) -> Containment {
         if box_contains(&self.hull, x) == Containment::Outside {
             return Containment::Outside;
         }
-        if let Some(Ok(outline)) = self.outline.get() {
-            return outline.contains(x);
+        match self.outline() {
+            Ok(outline) => outline.contains(x),
+            Err(_) => self.set.contains(x).unwrap_or(Containment::Undecided),
         }
-        self.set.contains(x).unwrap_or(Containment::Undecided)
     }
     fn covariance(&self) -> Option<&Matrix> {
         None
     }
-    /// The volume of a set in more than three dimensions is None.
     fn size(&self) -> Size {
         Size {
             n_generators: Some(self.set.generators()),
             n_constraints: Some(self.set.constraints()),
             radius: Some(self.hull.rad().into_iter().fold(0.0, f64::max)),
-            volume: self.outline().ok().and_then(Polytope::volume),
             lp_count: self.work.programs as usize,
             pivots: self.work.pivots as usize,
             ..Size::default()
         }
+    }
+    /// None in more than three dimensions.
+    fn volume(&self) -> Option<f64> {
+        self.outline().ok().and_then(Polytope::volume)
     }
     /// The set with its slack made generators, which is the same set.
     fn shape(&self) -> Shape {
@@ -119,7 +121,6 @@ impl Belief for PolytopeBelief {
             center: set.c().to_vec(),
             generators: Some(set.g().clone()),
             constraints: Some((set.a().clone(), set.b().to_vec())),
-            bounds: Some(self.hull.clone()),
             ..Shape::default()
         }
     }

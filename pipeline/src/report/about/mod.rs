@@ -1,6 +1,7 @@
 //! What is particular to a paper: what it says and what its figures show, a file a paper.
 
 mod r#box;
+mod bundle;
 mod cz;
 mod ezgkf;
 mod inzsmf;
@@ -12,7 +13,13 @@ use crate::papers::Paper;
 use crate::report::source::{FirstRun, Source};
 
 /// The papers that have a page of their own.
-const PAPERS: &[About] = &[r#box::ABOUT, ezgkf::ABOUT, inzsmf::ABOUT, cz::ABOUT];
+const PAPERS: &[About] = &[
+    r#box::ABOUT,
+    ezgkf::ABOUT,
+    inzsmf::ABOUT,
+    cz::ABOUT,
+    bundle::ABOUT,
+];
 
 /// The bibliography, under the keys that the code cites.
 const REFERENCES: &str = include_str!("../../../../references.bib");
