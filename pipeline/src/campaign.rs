@@ -56,8 +56,8 @@ fn targets(wanted: Option<&str>) -> Result<Vec<(&'static str, &'static str)>, Er
 fn render(rows: &[(&str, Attack)]) -> String {
     let width = |texts: &mut dyn Iterator<Item = usize>| texts.max().unwrap_or(0);
     let system = width(&mut rows.iter().map(|(s, _)| s.len())).max(6);
-    let name = width(&mut rows.iter().map(|(_, r)| r.estimator.len()));
-    let kind = width(&mut rows.iter().map(|(_, r)| r.attack.len()));
+    let name = width(&mut rows.iter().map(|(_, r)| r.estimator.len())).max(9);
+    let kind = width(&mut rows.iter().map(|(_, r)| r.attack.len())).max(6);
     let mut out = format!(
         "{:system$}  {:name$}  {:kind$}  {:>9}  {:>6}  {:>9}  {:>9}  {:>7}  guaranteed\n",
         "system", "estimator", "attack", "sets", "lost", "rate <", "undecided", "refused"

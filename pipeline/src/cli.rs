@@ -671,7 +671,7 @@ fn explain(wanted: &str, files: &[PathBuf], lake: &Path) -> Result<u8, Error> {
     let mut out = String::new();
     let paper = wanted.split('/').next().unwrap_or_default().to_owned();
     let mut planned = Vec::new();
-    for experiment in experiments(files, &[paper.clone()])? {
+    for experiment in experiments(files, std::slice::from_ref(&paper))? {
         known.push(experiment.name());
         planned.push(engine::plan(&store, &experiment));
     }

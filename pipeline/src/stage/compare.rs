@@ -362,7 +362,7 @@ impl Results<'_> {
             .ledgers
             .complexity
             .iter()
-            .find(|r| r.sweep_variable.is_none() && &*r.claim == cell.component);
+            .find(|r| r.sweep_variable.is_none() && *r.claim == *cell.component);
         let Some(claim) = claim else {
             let reason = format!("no claim {} was counted", cell.component);
             return row(p, &cell.reading, "error", reason);

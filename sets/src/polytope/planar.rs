@@ -23,6 +23,9 @@ pub(crate) struct Polygon {
 /// An edge whose normal is this close to an axis has that axis for normal.
 const SAME_DIRECTION: f64 = 1e-9;
 
+/// More vertices than this are not looked for: the half-planes found until then hold the set.
+const MOST_VERTICES: usize = 2048;
+
 impl Polygon {
     /// The polygon of the set that `extreme` describes; points closer than `near` are the same vertex.
     ///
@@ -47,7 +50,8 @@ impl Polygon {
             });
         }
         let mut edges: Vec<(Point, f64)> = Vec::new();
-        // Every edge is either confirmed or split in two, and a split adds a vertex beyond `near`.
+        // Every edge is either confirmed or split in two. A split adds a vertex that is beyond the edge and
+        // is not there yet: where rounding puts an old vertex beyond an edge, the edge stays as it is.
         let mut edge = 0;
         while edge < points.len() {
             let (p, q) = (points[edge], points[(edge + 1) % points.len()]);
@@ -63,7 +67,8 @@ impl Polygon {
             }
             let (upper, v) = extreme(normal)?;
             let beyond = normal[0] * (v[0] - p[0]) + normal[1] * (v[1] - p[1]);
-            if beyond > near {
+            let is_new = || points.iter().all(|p| distance(*p, v) > near);
+            if beyond > near && points.len() < MOST_VERTICES && is_new() {
                 points.insert(edge + 1, v);
             } else {
                 edges.push((normal, upper));
@@ -115,4 +120,44 @@ fn without_straight_corners(polygon: Vec<Point>, near: f64) -> Vec<Point> {
         }
     }
     kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Supports of a disc whose points are off by far more than `near`, in turn inward and outward.
+    fn shaken(near: f64, error: f64) -> (Polygon, usize) {
+        let mut asked = 0;
+        let polygon = Polygon::grow(near, |d| {
+            asked += 1;
+            let size = libm::hypot(d[0], d[1]);
+            let r = 1.0 + if asked % 2 == 0 { error } else { -error };
+            Ok((1.0 + error, [r * d[0] / size, r * d[1] / size]))
+        });
+        (polygon.expect("nothing fails"), asked)
+    }
+
+    #[test]
+    fn the_sweep_ends_where_points_are_worse_than_its_tolerance() {
+        let (polygon, asked) = shaken(1e-14, 1e-6);
+        assert!(polygon.points.len() <= MOST_VERTICES);
+        assert!(asked <= 2 * MOST_VERTICES + 4);
+        assert!(polygon.edges.iter().all(|(_, upper)| *upper == 1.0 + 1e-6));
+    }
+
+    #[test]
+    fn an_old_vertex_beyond_an_edge_is_not_taken_twice() {
+        // The answer to every slanted normal is the same far corner.
+        let square = |d: Point| match d {
+            [0.0, -1.0] => [0.0, 0.0],
+            [1.0, 0.0] => [1.0, 0.0],
+            [0.0, 1.0] => [0.0, 1.0],
+            [-1.0, 0.0] => [-1e-3, 0.5],
+            _ => [2.0, 2.0],
+        };
+        let polygon = Polygon::grow(1e-12, |d| Ok((4.0, square(d)))).expect("nothing fails");
+        let corners = |p: &&Point| **p == [2.0, 2.0];
+        assert!(polygon.points.iter().filter(corners).count() <= 1);
+    }
 }
