@@ -146,7 +146,7 @@ mod tests {
             vec![Some(0.1), None],
             vec![None, None],
             vec![Some(0.3), Some(0.0)],
-            vec![None, Some(-0.4)],
+            vec![None, Some(-1.3)],
         ];
         for settings in [CZMV, r#"{"kind": "zmv", "generators": 8}"#] {
             let estimator = filter(settings);

@@ -249,10 +249,10 @@ fn names_that_do_not_exist_are_refused_with_those_that_do() {
     refused(&["run"]).says(&["<FILES>"]);
     refused(&["frobnicate"]).says(&["unrecognized subcommand 'frobnicate'"]);
     refused(&["querry", "SELECT 1"]).says(&["a similar subcommand exists: 'query'"]);
-    refused(&["reproduce-all", "--paper", "bx"]).says(&["no paper `bx`", "box, ezgkf"]);
+    refused(&["reproduce-all", "--paper", "bx"]).says(&["no paper `bx`", "box, bundle, cz, ezgkf"]);
     refused(&["reproduce-all", "--paper", "box", "--quick", "--full"]).says(&["--quick", "--full"]);
-    refused(&["plan", "--paper", "../box"]).says(&["no paper `../box`", "box, ezgkf"]);
-    refused(&["explain", "nobody/x"]).says(&["no paper `nobody`", "box, ezgkf"]);
+    refused(&["plan", "--paper", "../box"]).says(&["no paper `../box`", "box, bundle, cz, ezgkf"]);
+    refused(&["explain", "nobody/x"]).says(&["no paper `nobody`", "box, bundle, cz, ezgkf"]);
     refused(&["explain", "box/nope"]).says(&["no target `box/nope`", "box/scenario-a"]);
     refused(&["explain", "mine/smal", "small.toml"]).says(&["no target `mine/smal`", "mine/small"]);
     refused(&["tables", "nope"]).says(&["no paper in this lake `nope`", "reproduce-all"]);

@@ -770,7 +770,7 @@ fn inputs_must_fit_the_system() {
     );
     assert!(
         complaint(&with("controller = \"feedback-linearising\"")).contains(
-            "inputs.controller: expected a system with a controller of its own, got linear"
+            "inputs.controller: expected a system that this controller can drive, got linear"
         )
     );
     assert!(

@@ -377,10 +377,10 @@ fn the_html_page_is_whole_and_needs_no_other_file() {
     ] {
         assert!(!page.contains(loading), "{loading}");
     }
-    // The pictures are those of the Markdown pages.
+    // The figures are those of the Markdown pages; counts have a chart a sweep here, and one a claim there.
     for (name, svg) in pages(&LAKE)
         .iter()
-        .filter(|(name, _)| name.ends_with(".svg"))
+        .filter(|(name, _)| name.ends_with(".svg") && !name.contains("/count-"))
     {
         assert!(page.contains(svg.as_str()), "{name}");
     }
