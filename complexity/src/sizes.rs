@@ -59,7 +59,7 @@ fn sets(draw: &mut Instance) -> (ConstrainedZonotope, ConstrainedZonotope) {
     )
 }
 
-/// The rows of [Rego2020].
+/// The rows of \[Rego2020\].
 pub fn of_constrained_zonotopes() -> Vec<Row> {
     vec![
         exact("cz-remark-5", |draw| {
@@ -98,7 +98,7 @@ pub fn of_constrained_zonotopes() -> Vec<Row> {
     ]
 }
 
-/// The rows of [dePaula]: columns of the predicted generator matrix, which has no constraints.
+/// The rows of \[dePaula\]: columns of the predicted generator matrix, which has no constraints.
 pub fn of_predictions() -> Vec<Row> {
     let columns = |draw: &mut Instance, interval: bool| {
         let mut s = ezgkf::configuration(draw.integer(0, 10_000) as u64);

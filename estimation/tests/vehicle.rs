@@ -275,7 +275,7 @@ fn poles_of_a_varying_speed_do_not_hold_the_set_and_the_f_radius_gain_does() {
         width(60) / width(20)
     };
     let poles = r#"{"longitudinal": 0.5, "lateral": [0.0, 0.0]}"#;
-    let varying = |k: usize| if k % 2 == 0 { 100.0 } else { 300.0 };
+    let varying = |k: usize| if k.is_multiple_of(2) { 100.0 } else { 300.0 };
     assert!(heading(poles, varying) > 100.0);
     assert!(heading(poles, |_| 200.0) < 2.0);
     assert!(heading(r#""f-radius""#, varying) < 2.0);

@@ -199,7 +199,7 @@ pub fn count(store: &Store, paper: &str) -> Result<Option<Artifact>, Error> {
     Ok(Some(artifact))
 }
 
-/// The rows of [`count`].
+/// The rows of [`count()`].
 pub fn counted(store: &Store, paper: &str) -> Result<Vec<rows::Complexity>, Error> {
     match count(store, paper)? {
         Some(artifact) => table::read(&file(&artifact, count::FILE)?),
