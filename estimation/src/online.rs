@@ -1,6 +1,6 @@
 //! One estimator in the loop of a running system: a step at a time, measurements that may be missing.
 //!
-//! [`track`](crate::track) runs over recorded data; here the data arrive. There is no clock in here: how long a
+//! [`track`](crate::track()) runs over recorded data; here the data arrive. There is no clock in here: how long a
 //! step may take, and what is used in place of one that takes longer, is for the caller to say, who has the clock.
 //! `examples/online.rs` shows a loop with a deadline and a second, cheaper estimator that steps in.
 

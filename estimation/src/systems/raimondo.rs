@@ -40,7 +40,7 @@ pub enum QuotientForm {
     /// x₁/(4 + x₁) as printed: x₁ twice, and wider enclosures.
     Printed,
     /// x₁x₂ · 1/(4 + x₁): its derivative is x₂/(4 + x₁) − x₁x₂/(4 + x₁)², as symbolic differentiation
-    /// writes it, and [Khajenejad] with it.
+    /// writes it, and \[Khajenejad\] with it.
     Expanded,
 }
 
