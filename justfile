@@ -44,6 +44,10 @@ check:
 bench *ARGS:
     cargo bench -p zonobench-sets -p zonobench-estimation --bench '*' -- {{ ARGS }}
 
+# Hostile linear programs and reductions against exact arithmetic, for so many seconds from this seed
+fuzz SECONDS="60" SEED="1":
+    cargo run --quiet -p zonobench-sets --example fuzz -- {{ SECONDS }} {{ SEED }}
+
 # Write reports/timings.csv, the only times that the committed reports show, from the lake
 record-timings LAKE="lake":
     #!/usr/bin/env bash
