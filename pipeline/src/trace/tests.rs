@@ -527,7 +527,7 @@ fn the_committed_layouts_are_the_ones_the_builder_makes() {
     );
     let around = |center, height| View { center, height };
     let (plane, plain) = (&[(0, 1)], &[("x1", "1"), ("x2", "1")]);
-    let papers: [Shown; 3] = [
+    let papers: [Shown; 5] = [
         (
             "box",
             &["kalman", "box-state-est"],
@@ -557,6 +557,34 @@ fn the_committed_layouts_are_the_ones_the_builder_makes() {
             &[("theta", "rad"), ("x1", "m"), ("x2", "m")],
             &[(1, 2), (0, 1)],
             around([0.0, 20.0], 70.0),
+        ),
+        (
+            "bundle",
+            &["rrsr", "d-rrsr", "d-zb", "d-cz", "comb", "lift"],
+            plain,
+            plane,
+            around([8.0, 0.0], 8.0),
+        ),
+        // The flight of the quadrotor, in space and from above.
+        (
+            "cz",
+            &["zmv", "zfo", "czmv", "czfo"],
+            &[
+                ("x", "m"),
+                ("y", "m"),
+                ("z", "m"),
+                ("u", "m/s"),
+                ("v", "m/s"),
+                ("w", "m/s"),
+                ("phi", "rad"),
+                ("theta", "rad"),
+                ("psi", "rad"),
+                ("p", "rad/s"),
+                ("q", "rad/s"),
+                ("r", "rad/s"),
+            ],
+            plane,
+            around([0.25, 0.3], 2.0),
         ),
     ];
     for (paper, estimators, names, axes, view) in papers {
