@@ -3,6 +3,8 @@
 //! `cargo run -p zonobench-sets --example fuzz -- 60 7` takes 60 seconds from seed 7. Every case has a number: a finding
 //! is reported with it, and `-- 0 7 N` runs case N of seed 7 alone.
 
+#![allow(clippy::disallowed_methods)] // the tests' source of cases uses the platform's functions
+
 #[path = "../tests/rational/mod.rs"]
 mod rational;
 
