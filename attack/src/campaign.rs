@@ -7,7 +7,7 @@ use zonobench_estimation::simulate::{InitialState, Inputs, Noise, SimulationErro
 use zonobench_estimation::{
     AnyBelief, AnyEstimator, Belief, EstimationError, Trajectory, simulate, track,
 };
-use zonobench_sets::Interval;
+use zonobench_sets::{Interval, SetError};
 
 /// A component of the state beyond which a run is given up: some systems diverge under constant noise.
 const FAR: f64 = 1e6;
@@ -48,7 +48,8 @@ impl Counts {
 /// Run `run` of `attack` against `target`.
 ///
 /// The problem, the noise and the first state depend on the three alone. Fails where the target's problem
-/// cannot be simulated or its estimator not be made; the text says which.
+/// cannot be simulated, its estimator not be made, or a step fails otherwise than by an empty set, a refusal or a set that
+/// leaves the model's domain; the text says which.
 pub fn attack(target: &Target, attack: Attack, run: u64) -> Result<Counts, String> {
     let failed = |what: &str, e: &dyn std::fmt::Display| {
         let (name, system) = (target.name, target.system);
@@ -81,11 +82,15 @@ pub fn attack(target: &Target, attack: Attack, run: u64) -> Result<Counts, Strin
     // A state that leaves for infinity is followed as far as its sets mean something.
     let far = |x: &Vec<f64>| x.iter().any(|x| x.abs() > FAR);
     let end = data.x.iter().position(far).unwrap_or(data.x.len());
-    Ok(judge(&estimator, &data, end))
+    judge(&estimator, &data, end).map_err(|e| failed("step", &e))
 }
 
 /// Tracks the data and judges every belief before step `end`.
-fn judge(estimator: &AnyEstimator, data: &Trajectory, end: usize) -> Counts {
+fn judge(
+    estimator: &AnyEstimator,
+    data: &Trajectory,
+    end: usize,
+) -> Result<Counts, EstimationError> {
     let measured: Vec<Vec<Option<f64>>> = data
         .y
         .iter()
@@ -111,11 +116,16 @@ fn judge(estimator: &AnyEstimator, data: &Trajectory, end: usize) -> Counts {
                 counts.steps += 1;
                 counts.lost += 1;
             }
-            // Refused, or the set reached where the model is not defined.
-            Err(_) => counts.refused += 1,
+            Err(EstimationError::Refused { .. }) => counts.refused += 1,
+            // The set reached where the model is not defined, or beyond the numbers.
+            Err(EstimationError::Set {
+                source: SetError::Domain { .. } | SetError::NotFinite { .. },
+                ..
+            }) => counts.refused += 1,
+            Err(other) => return Err(other.clone()),
         }
     }
-    counts
+    Ok(counts)
 }
 
 /// x ± rounding, as intervals.

@@ -66,7 +66,7 @@ pub fn input(paper: &str, system: &str, size: Size) -> Value {
 
 /// Runs every case of `paper` on `system`.
 ///
-/// `done` is told of every finished unit. Fails where a problem cannot be simulated.
+/// `done` is told of every finished unit. Fails where a problem cannot be simulated or a step fails.
 pub fn count(
     paper: &str,
     system: &str,
