@@ -618,16 +618,17 @@ impl Lifted {
 
     /// Removes the columns in which every row is 0, and their entries of `errors`.
     fn drop_zero_columns_with(&mut self, errors: Vec<f64>) -> Vec<f64> {
-        let mut greatest = vec![0.0_f64; self.cols];
+        let mut zero: Vec<usize> = (0..self.cols).collect();
         for row in &self.rows {
-            for (most, x) in greatest.iter_mut().zip(row) {
-                *most = if x.abs() > *most { x.abs() } else { *most };
-            }
+            zero.retain(|&j| row[j] == 0.0);
         }
-        let kept: Vec<usize> = (0..self.cols).filter(|&j| greatest[j] != 0.0).collect();
-        if kept.len() == self.cols {
+        if zero.is_empty() {
             return errors;
         }
+        let mut zero = zero.into_iter().peekable();
+        let kept: Vec<usize> = (0..self.cols)
+            .filter(|&j| zero.next_if_eq(&j).is_none())
+            .collect();
         for row in &mut self.rows {
             keep(row, &kept);
         }
@@ -644,23 +645,9 @@ impl Lifted {
     ///
     /// The [`Scores`] are made when they are first asked for, and again when they have been changed often.
     fn cheapest(&mut self, errors: &[f64]) -> Option<usize> {
-        let first_least = |scores: &mut dyn Iterator<Item = (usize, f64)>| {
-            scores.fold(None, |best: Option<(usize, f64)>, (j, s)| match best {
-                Some((_, least)) if least <= s => best,
-                _ => Some((j, s)),
-            })
-        };
-        // A column that is mere rounding in every row (a folded slack) would take its row along.
-        let mut counts = vec![false; self.cols];
-        for row in &self.rows[self.n..] {
-            let floor = NEGLIGIBLE * largest(row).1;
-            for (counts, x) in counts.iter_mut().zip(row) {
-                *counts |= x.abs() > floor;
-            }
-        }
-        let candidates = |j: &usize| errors[*j].is_finite() && counts[*j];
-        let candidates: Vec<usize> = (0..self.cols).filter(candidates).collect();
-        let (j, least) = first_least(&mut candidates.iter().map(|&j| (j, errors[j])))?;
+        let mut candidates: Vec<usize> =
+            (0..self.cols).filter(|&j| errors[j].is_finite()).collect();
+        let (j, least) = self.first_least(&mut candidates, |j| errors[j])?;
         if least < FREE || candidates.len() == 1 {
             return Some(j);
         }
@@ -672,7 +659,36 @@ impl Lifted {
             return Some(j);
         };
         let moves = scores.moves();
-        first_least(&mut candidates.iter().map(|&j| (j, errors[j] * moves[j]))).map(|(j, _)| j)
+        let best = self.first_least(&mut candidates, |j| errors[j] * moves[j]);
+        best.map(|(j, _)| j)
+    }
+
+    /// The candidate of the least score, of equal ones the first, and its score; `None` if there is none that
+    /// counts. Those found not to count are struck off.
+    ///
+    /// A column that is mere rounding in every row (a folded slack) would take its row along.
+    fn first_least(
+        &self,
+        candidates: &mut Vec<usize>,
+        score: impl Fn(usize) -> f64,
+    ) -> Option<(usize, f64)> {
+        let counts = |j: usize| {
+            self.rows[self.n..]
+                .iter()
+                .any(|row| row[j] != 0.0 && row[j].abs() > NEGLIGIBLE * largest(row).1)
+        };
+        loop {
+            let mut scores = candidates.iter().map(|&j| (j, score(j)));
+            let first = scores.next()?;
+            let best = scores.fold(first, |best, (j, s)| match best.1 <= s {
+                true => best,
+                false => (j, s),
+            });
+            if counts(best.0) {
+                return Some(best);
+            }
+            candidates.retain(|&j| j != best.0);
+        }
     }
 
     /// Expresses ξ_j by the constraint in which it counts most, and drops both.

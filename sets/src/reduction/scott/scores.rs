@@ -16,7 +16,7 @@ use super::super::yang_scott::largest;
 use crate::matrix::dot;
 use crate::{Matrix, ops};
 
-/// Rank-one steps after which P is made anew.
+/// Rank-one steps after which P is made anew, at least; half as many as P has terms where those are more.
 const STEPS: usize = 32;
 
 /// A step that divides by less than this loses too many digits.
@@ -103,7 +103,7 @@ impl Scores {
 
     /// Whether P is still good enough to choose by.
     pub(super) fn fresh(&self) -> bool {
-        self.exact && self.steps < STEPS
+        self.exact && self.steps < STEPS.max((self.terms.len() - self.steps) / 2)
     }
 
     /// True before the first step.
