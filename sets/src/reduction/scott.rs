@@ -765,7 +765,7 @@ mod tests {
 
     #[test]
     fn updated_scores_are_those_of_the_rows_that_are_left() {
-        for (n, q, p, seed) in [(2, 5, 20, 1), (4, 12, 40, 2), (3, 30, 90, 3)] {
+        for (n, q, p, seed) in [(2, 13, 30, 1), (4, 21, 50, 2), (3, 40, 90, 3)] {
             let mut lifted = Lifted::new(&set(n, q, p, seed));
             let mut updated = 0;
             while lifted.constraints() > 1 {

@@ -19,6 +19,9 @@ use crate::{Matrix, ops};
 /// Rank-one steps after which P is made anew, at least; half as many as P has terms where those are more.
 const STEPS: usize = 32;
 
+/// With no more constraints than this a new P is as cheap as a step, and rounds less.
+const FEW: usize = 8;
+
 /// A step that divides by less than this loses too many digits.
 const SMALLEST: f64 = 1e-7;
 
@@ -33,6 +36,8 @@ pub(super) struct Scores {
     diagonal: Vec<f64>,
     /// By how much each coordinate was rescaled since P was made: ξ_j = … + s_j ζ_j.
     scale: Vec<f64>,
+    /// Steps that may be made.
+    limit: usize,
     /// Steps made.
     steps: usize,
     /// False after a step that lost too many digits.
@@ -96,6 +101,7 @@ impl Scores {
             images,
             diagonal,
             scale: vec![1.0; p],
+            limit: if q > FEW { STEPS.max((n + q) / 2) } else { 0 },
             steps: 0,
             exact: true,
         })
@@ -103,7 +109,7 @@ impl Scores {
 
     /// Whether P is still good enough to choose by.
     pub(super) fn fresh(&self) -> bool {
-        self.exact && self.steps < STEPS.max((self.terms.len() - self.steps) / 2)
+        self.exact && self.steps < self.limit
     }
 
     /// True before the first step.
