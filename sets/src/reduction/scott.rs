@@ -617,7 +617,7 @@ impl Lifted {
     }
 
     /// Removes the columns in which every row is 0, and their entries of `errors`.
-    fn drop_zero_columns_with(&mut self, errors: Vec<f64>) -> Vec<f64> {
+    fn drop_zero_columns_with(&mut self, mut errors: Vec<f64>) -> Vec<f64> {
         let mut zero: Vec<usize> = (0..self.cols).collect();
         for row in &self.rows {
             zero.retain(|&j| row[j] == 0.0);
@@ -625,10 +625,9 @@ impl Lifted {
         if zero.is_empty() {
             return errors;
         }
+        let mut kept = Vec::with_capacity(self.cols - zero.len());
         let mut zero = zero.into_iter().peekable();
-        let kept: Vec<usize> = (0..self.cols)
-            .filter(|&j| zero.next_if_eq(&j).is_none())
-            .collect();
+        kept.extend((0..self.cols).filter(|&j| zero.next_if_eq(&j).is_none()));
         for row in &mut self.rows {
             keep(row, &kept);
         }
@@ -636,17 +635,18 @@ impl Lifted {
             scores.keep(&kept);
         }
         self.cols = kept.len();
-        kept.iter()
-            .filter_map(|&j| errors.get(j).copied())
-            .collect()
+        if !errors.is_empty() {
+            keep(&mut errors, &kept);
+        }
+        errors
     }
 
     /// The generator to eliminate; `None` if no constraint has a coefficient.
     ///
     /// The [`Scores`] are made when they are first asked for, and again when they have been changed often.
     fn cheapest(&mut self, errors: &[f64]) -> Option<usize> {
-        let mut candidates: Vec<usize> =
-            (0..self.cols).filter(|&j| errors[j].is_finite()).collect();
+        let mut candidates = Vec::with_capacity(self.cols);
+        candidates.extend((0..self.cols).filter(|&j| errors[j].is_finite()));
         let (j, least) = self.first_least(&mut candidates, |j| errors[j])?;
         if least < FREE || candidates.len() == 1 {
             return Some(j);
