@@ -8,7 +8,7 @@
 //! `model` is what there is to say, `front` and `page` write it as Markdown, `html` as a page for a browser.
 //!
 //! The same lake gives the same Markdown: no time, host or path of this machine is on a page. Measured times
-//! come from the recorded `timings.csv` beside the pages alone, never from the lake.
+//! come from the recorded `timings.csv` and `step-times.csv` beside the pages alone, never from the lake.
 
 mod about;
 mod complexity;
@@ -18,6 +18,7 @@ mod markdown;
 mod model;
 mod page;
 mod source;
+mod step_times;
 mod timings;
 pub(crate) mod verdict;
 
@@ -29,6 +30,7 @@ use about::Figure;
 use source::{Held, Source};
 use std::collections::BTreeMap;
 use std::path::Path;
+use step_times::Recorded;
 use timings::RecordedTime;
 
 /// Where the HTML page lies below the folder of the reports.
@@ -36,13 +38,16 @@ pub const HTML: &str = "html/index.html";
 
 /// Writes the reports of everything that `lake` holds into `out`; returns the number of files.
 ///
-/// Recorded times are read from `out/timings.csv` where it exists. Files that are already as they should
+/// Recorded times are read from `out/timings.csv` and `out/step-times.csv` where they exist. Files that are already as they should
 /// be are left alone, and so is everything else in `out`.
 pub fn write(lake: &Path, out: &Path) -> Result<usize, Error> {
     let source = Source::open(lake)?;
     let papers = drawn(&source)?;
-    let mut pages = render(&source, &papers, &timings::read(&out.join("timings.csv"))?)?;
-    let (own, page) = (HTML.to_owned(), html::render(lake, &source, &papers)?);
+    let times = timings::read(&out.join("timings.csv"))?;
+    let steps = step_times::read(&out.join(step_times::FILE))?;
+    let mut pages = render(&source, &papers, &times, &steps)?;
+    let page = html::render(lake, &source, &papers, &steps)?;
+    let own = HTML.to_owned();
     pages.insert(own, page);
     for (name, text) in &pages {
         let path = out.join(name);
@@ -73,11 +78,12 @@ fn render(
     source: &Source,
     papers: &[(Held, Vec<Figure>)],
     times: &[RecordedTime],
+    steps: &[Recorded],
 ) -> Result<BTreeMap<String, String>, Error> {
     let held: Vec<&Held> = papers.iter().map(|(held, _)| held).collect();
     let mut pages = BTreeMap::from([("README.md".to_owned(), front::page(&held))]);
     for (held, figures) in papers {
-        for (name, text) in page::of(source, held, figures, times)? {
+        for (name, text) in page::of(source, held, figures, times, steps)? {
             pages.insert(format!("{}/{name}", held.name), text);
         }
     }

@@ -15,6 +15,7 @@ mod paper;
 use crate::error::Error;
 use crate::report::about::{self, Figure};
 use crate::report::source::{Held, Source};
+use crate::report::step_times::Recorded;
 use markup::{escaped, place};
 use serde_json::{Map, Value, json};
 use std::path::Path;
@@ -37,6 +38,7 @@ pub fn render(
     lake: &Path,
     source: &Source,
     papers: &[(Held, Vec<Figure>)],
+    steps: &[Recorded],
 ) -> Result<String, Error> {
     let held: Vec<&Held> = papers.iter().map(|(held, _)| held).collect();
     let measured = lake_tables::read(lake)?;
@@ -54,7 +56,7 @@ pub fn render(
     }
     let times = methods::times(lake)?;
     pages.push(methods::ranking(source, &held, &times)?);
-    pages.push(methods::real_time(lake, &held, &times)?);
+    pages.push(methods::real_time(lake, &held, &times, steps)?);
     pages.push(lake_tables::page(&measured));
     pages.push(front::how_to_read());
     Ok(document(&pages, &experiments(&held)))
