@@ -52,7 +52,7 @@ criterion *ARGS:
 fuzz SECONDS="60" SEED="1":
     cargo run --quiet -p zonobench-sets --example fuzz -- {{ SECONDS }} {{ SEED }}
 
-# Write reports/timings.csv, the only times that the committed reports show, from the lake
+# Write reports/timings.csv from the lake and measure reports/step-times.csv, the only times that the committed reports show
 record-timings LAKE="lake":
     #!/usr/bin/env bash
     set -euo pipefail
@@ -65,4 +65,8 @@ record-timings LAKE="lake":
         FROM timings GROUP BY paper, experiment, estimator ORDER BY paper, experiment, estimator" > "$draft"
     mkdir -p reports
     awk -v processor="${processor//,/ }" 'NR == 1 { print $0 ",processor"; next } { print $0 "," processor }' "$draft" > reports/timings.csv
-    echo "$(($(wc -l < reports/timings.csv) - 1)) rows in reports/timings.csv, on $processor"
+    cargo run --quiet -p zonobench-estimation --example quadrotor_times > "$draft"
+    awk -v processor="${processor//,/ }" 'NR == 1 { print $0 ",processor"; next } { print $0 "," processor }' "$draft" > reports/step-times.csv
+    for file in timings step-times; do
+        echo "$(($(wc -l < "reports/$file.csv") - 1)) rows in reports/$file.csv, on $processor"
+    done

@@ -14,7 +14,9 @@ use arrow_array::types::{ArrowPrimitiveType, Float64Type, Int32Type, Int64Type};
 use arrow_array::{Array, ArrayRef, RecordBatch};
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use parquet::arrow::{ArrowSchemaConverter, ArrowWriter, add_encoded_arrow_schema_to_metadata};
+use parquet::arrow::{
+    ArrowSchemaConverter, ArrowWriter, ProjectionMask, add_encoded_arrow_schema_to_metadata,
+};
 use parquet::basic::{Compression, Encoding, ZstdLevel};
 use parquet::column::writer::ColumnCloseResult;
 use parquet::errors::ParquetError;
@@ -453,11 +455,22 @@ pub fn write<R: Row>(
 pub fn batches<R: Row>(
     path: &Path,
 ) -> Result<impl Iterator<Item = Result<RecordBatch, Error>>, Error> {
+    let all: Vec<&str> = R::columns().iter().map(|c| c.name).collect();
+    columns::<R>(path, &all)
+}
+
+/// As [`batches`] with the columns `names` alone, in the table's order: the others are not decoded.
+pub fn columns<R: Row>(
+    path: &Path,
+    names: &[&str],
+) -> Result<impl Iterator<Item = Result<RecordBatch, Error>> + use<R>, Error> {
     let file = File::open(path).map_err(|e| Error::io("open", path, e))?;
     let builder =
         ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| Error::parquet(path, e))?;
     check_columns::<R>(path, builder.schema())?;
+    let mask = ProjectionMask::columns(builder.parquet_schema(), names.iter().copied());
     let reader = builder
+        .with_projection(mask)
         .with_batch_size(16_384)
         .build()
         .map_err(|e| Error::parquet(path, e))?;

@@ -97,6 +97,7 @@ fn one(
             steps,
             output: &output,
             volumes: false,
+            extras: false,
             seed: None,
             admissible: true,
         };

@@ -8,7 +8,7 @@
 //! `model` is what there is to say, `front` and `page` write it as Markdown, `html` as a page for a browser.
 //!
 //! The same lake gives the same Markdown: no time, host or path of this machine is on a page. Measured times
-//! come from the recorded `timings.csv` and `peers.csv` beside the pages alone, never from the lake.
+//! come from the recorded `timings.csv`, `step-times.csv` and `peers.csv` beside the pages alone, never from the lake.
 
 mod about;
 mod complexity;
@@ -19,6 +19,7 @@ mod model;
 mod page;
 mod peers;
 mod source;
+mod step_times;
 mod timings;
 pub(crate) mod verdict;
 
@@ -36,19 +37,40 @@ use timings::RecordedTime;
 /// Where the HTML page lies below the folder of the reports.
 pub const HTML: &str = "html/index.html";
 
+/// What was measured once, on a machine that the file names, and is kept beside the pages.
+#[derive(Default)]
+struct Recordings {
+    /// `timings.csv`: the median step of every estimator.
+    times: Vec<RecordedTime>,
+    /// `step-times.csv`: the distribution of single steps, and where the time goes.
+    steps: Vec<step_times::Recorded>,
+    /// `peers.csv`: other tools on the same sets.
+    peers: Vec<PeerRow>,
+}
+
+impl Recordings {
+    /// What lies in `folder`; a file that is not there is empty.
+    fn read(folder: &Path) -> Result<Self, Error> {
+        Ok(Self {
+            times: timings::read(&folder.join("timings.csv"))?,
+            steps: step_times::read(&folder.join(step_times::FILE))?,
+            peers: peers::read(&folder.join("peers.csv"))?,
+        })
+    }
+}
+
 /// Writes the reports of everything that `lake` holds into `out`; returns the number of files.
 ///
-/// Recorded times are read from `out/timings.csv` and `out/peers.csv` where they exist. Files that are already as they should
+/// Recorded times are read from `out`, [`Recordings::read`]. Files that are already as they should
 /// be are left alone, and so is everything else in `out`.
 pub fn write(lake: &Path, out: &Path) -> Result<usize, Error> {
     let source = Source::open(lake)?;
     let papers = drawn(&source)?;
-    let peers = peers::read(&out.join("peers.csv"))?;
-    let times = timings::read(&out.join("timings.csv"))?;
-    let mut pages = render(&source, &papers, &times, &peers)?;
+    let recorded = Recordings::read(out)?;
+    let mut pages = render(&source, &papers, &recorded)?;
     let (own, page) = (
         HTML.to_owned(),
-        html::render(lake, &source, &papers, &peers)?,
+        html::render(lake, &source, &papers, &recorded)?,
     );
     pages.insert(own, page);
     for (name, text) in &pages {
@@ -79,18 +101,17 @@ fn drawn(source: &Source) -> Result<Vec<(Held, Vec<Figure>)>, Error> {
 fn render(
     source: &Source,
     papers: &[(Held, Vec<Figure>)],
-    times: &[RecordedTime],
-    peers: &[PeerRow],
+    recorded: &Recordings,
 ) -> Result<BTreeMap<String, String>, Error> {
     let held: Vec<&Held> = papers.iter().map(|(held, _)| held).collect();
-    let front = front::page(&held) + &peers::pointer(peers);
+    let front = front::page(&held) + &peers::pointer(&recorded.peers);
     let mut pages = BTreeMap::from([("README.md".to_owned(), front)]);
-    if !peers.is_empty() {
-        pages.insert("peers.md".to_owned(), peers::page(peers));
-        pages.insert(peers::CHART.to_owned(), peers::chart(peers));
+    if !recorded.peers.is_empty() {
+        pages.insert("peers.md".to_owned(), peers::page(&recorded.peers));
+        pages.insert(peers::CHART.to_owned(), peers::chart(&recorded.peers));
     }
     for (held, figures) in papers {
-        for (name, text) in page::of(source, held, figures, times)? {
+        for (name, text) in page::of(source, held, figures, &recorded.times, &recorded.steps)? {
             pages.insert(format!("{}/{name}", held.name), text);
         }
     }

@@ -10,6 +10,7 @@ use crate::report::complexity;
 use crate::report::markdown::{anchor, code, details, escaped, heading, table};
 use crate::report::model::{self, unit};
 use crate::report::source::{Held, Source};
+use crate::report::step_times::{self, Recorded, StepTimes};
 use crate::report::timings::{self, RecordedTime};
 use crate::report::verdict;
 use crate::rows::{Claim, Comparison, Published, Score};
@@ -22,6 +23,7 @@ pub fn of(
     held: &Held,
     figures: &[Figure],
     times: &[RecordedTime],
+    steps: &[Recorded],
 ) -> Result<Vec<(String, String)>, Error> {
     let about = about::find(&held.name);
     let mut page = title(held);
@@ -36,6 +38,10 @@ pub fn of(
     if !held.comparisons.is_empty() {
         page += &tables(held);
         page += &times_of(held, times);
+    }
+    let steps = StepTimes::of(steps, &held.name);
+    if let Some(steps) = &steps {
+        page += &real_time(steps);
     }
     page += &claims(held);
     if !figures.is_empty() {
@@ -55,7 +61,8 @@ pub fn of(
         let drawing = figure.drawing.as_ref().ok()?;
         Some((file_name(figure), drawing.svg.clone()))
     });
-    let mut files: Vec<(String, String)> = drawn.chain(pictures).collect();
+    let recorded = steps.map(|steps| (step_times::PICTURE.to_owned(), steps.picture()));
+    let mut files: Vec<(String, String)> = drawn.chain(pictures).chain(recorded).collect();
     files.push(("README.md".to_owned(), page.trim_end().to_owned() + "\n"));
     Ok(files)
 }
@@ -373,6 +380,21 @@ fn times_of(held: &Held, times: &[RecordedTime]) -> String {
         ],
         &rows,
     ) + "\n"
+}
+
+/// The recorded times of single steps: a histogram, the quantiles, and where the time goes.
+fn real_time(steps: &StepTimes) -> String {
+    let mut out = heading(3, "Real time", "Real time");
+    out += &format!("{}\n\n", escaped(&steps.words()));
+    out += &format!("![How long a step takes]({})\n\n", step_times::PICTURE);
+    for grid in [steps.quantiles(), steps.shares()] {
+        let cells = |row: &Vec<String>| row.iter().map(|cell| escaped(cell)).collect();
+        let rows: Vec<Vec<String>> = grid.rows.iter().map(cells).collect();
+        if !rows.is_empty() {
+            out += &format!("{}\n", table(&grid.header, &rows));
+        }
+    }
+    out
 }
 
 fn is_of(p: &Published, c: &Cell) -> bool {

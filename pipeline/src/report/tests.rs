@@ -88,13 +88,17 @@ fn own(text: &str) -> TempDir {
     folder
 }
 
-fn with_times(lake: &TempDir, times: &[RecordedTime]) -> BTreeMap<String, String> {
+fn with_times(lake: &TempDir, times: Vec<RecordedTime>) -> BTreeMap<String, String> {
     let source = Source::open(lake.path()).unwrap();
-    render(&source, &drawn(&source).unwrap(), times, &[]).unwrap()
+    let recorded = Recordings {
+        times,
+        ..Recordings::default()
+    };
+    render(&source, &drawn(&source).unwrap(), &recorded).unwrap()
 }
 
 fn pages(lake: &TempDir) -> BTreeMap<String, String> {
-    with_times(lake, &[])
+    with_times(lake, Vec::new())
 }
 
 /// The targets of a page's links, images among them.
@@ -329,12 +333,12 @@ fn times_are_those_recorded_and_no_others() {
         median_step_us,
         processor: "Model 7".to_owned(),
     };
-    let times = [
+    let times = vec![
         time("ezgkp", 200.0),
         time("ezgkf", 250.0),
         time("ezgkf-m", 50.0),
     ];
-    let with = &with_times(&LAKE, &times)["ezgkf/README.md"];
+    let with = &with_times(&LAKE, times)["ezgkf/README.md"];
     assert!(
         with.contains("| Table III, T^CPU, EZGKF | 1.6 ms | 250 µs |"),
         "{with}"
@@ -348,7 +352,13 @@ fn times_are_those_recorded_and_no_others() {
 
 fn html(lake: &TempDir) -> String {
     let source = Source::open(lake.path()).unwrap();
-    html::render(lake.path(), &source, &drawn(&source).unwrap(), &[]).unwrap()
+    html::render(
+        lake.path(),
+        &source,
+        &drawn(&source).unwrap(),
+        &Recordings::default(),
+    )
+    .unwrap()
 }
 
 /// What stands between `start` and `end`, each time.

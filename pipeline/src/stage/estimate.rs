@@ -37,6 +37,7 @@ pub fn input(experiment: &Experiment, index: usize, data: &str) -> Value {
         "traces": experiment.output.traces,
         "updated_only": experiment.output.updated_only,
         "volumes": volumes(experiment),
+        "extras": extras(experiment),
         "data": data,
     })
 }
@@ -44,6 +45,12 @@ pub fn input(experiment: &Experiment, index: usize, data: &str) -> Value {
 /// Whether some metric needs the volumes of sets.
 fn volumes(experiment: &Experiment) -> bool {
     let needed = |m: &MetricSpec| matches!(m.name, "area" | "volume");
+    experiment.metrics.iter().any(needed)
+}
+
+/// Whether some metric needs the numbers that one kind of belief has beyond its size.
+fn extras(experiment: &Experiment) -> bool {
+    let needed = |m: &MetricSpec| matches!(m.name, "body_box_area" | "projected_area");
     experiment.metrics.iter().any(needed)
 }
 
@@ -59,6 +66,8 @@ pub struct Job<'a> {
     pub output: &'a Output,
     /// Whether volumes are computed also where that takes more than the step itself.
     pub volumes: bool,
+    /// Whether a belief's extra numbers are kept.
+    pub extras: bool,
     /// The seed of the simulated data.
     pub seed: Option<u64>,
     /// Whether the data keep to what the estimator assumes; true where nothing is known of them.
@@ -74,6 +83,7 @@ impl Job<'_> {
             steps: experiment.steps,
             output: &experiment.output,
             volumes: volumes(experiment),
+            extras: extras(experiment),
             seed: Some(experiment.seed),
             admissible: experiment
                 .truth
@@ -318,7 +328,7 @@ impl<'a> Judged<'a> {
             lp_count: size.lp_count as i64,
             pivots: size.pivots as i64,
         });
-        if phase == self.estimator.reported_phase() {
+        if self.job.extras && phase == self.estimator.reported_phase() {
             rows.extras
                 .extend(belief.extras().into_iter().map(|(name, value)| Extra {
                     estimator: self.id.clone(),

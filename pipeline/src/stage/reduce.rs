@@ -11,6 +11,9 @@ use crate::stage::estimate::{Job, describe, phase_name};
 use crate::stage::{Experiment, Recordings, metadata};
 use crate::store::Artifact;
 use crate::table::{self, Name};
+use arrow_array::cast::AsArray;
+use arrow_array::types::{Float64Type, Int32Type};
+use arrow_array::{Array, Float64Array, RecordBatch};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -48,7 +51,6 @@ struct Point {
     lower: Vec<f64>,
     upper: Vec<f64>,
     covariance: Option<Matrix>,
-    radius: Option<f64>,
     volume: Option<f64>,
     contains: Option<bool>,
     extras: Vec<(Name, f64)>,
@@ -112,31 +114,8 @@ fn read(
         phases: [empty(), empty()],
         ended: vec![None; runs],
     };
-    table::for_each::<Estimate>(estimates, |row| {
-        let (run, k) = (row.run as usize, row.k as usize);
-        let Some(center) = row.center else {
-            series.ended[run] = Some((k, row.status));
-            return;
-        };
-        let point =
-            series.phases[phase_index(&row.phase)][run][k].get_or_insert_with(Point::default);
-        point.center.push(center);
-        if let (Some(lower), Some(upper)) = (row.lower, row.upper) {
-            point.lower.push(lower);
-            point.upper.push(upper);
-        }
-    })?;
-    table::for_each::<Belief>(beliefs, |row| {
-        let place = &mut series.phases[phase_index(&row.phase)][row.run as usize][row.k as usize];
-        if let Some(point) = place {
-            point.covariance = row
-                .covariance
-                .map(|p| Matrix::from_fn(n, n, |i, j| p[i * n + j]));
-            point.radius = row.radius;
-            point.volume = row.volume;
-            point.contains = row.contains_truth;
-        }
-    })?;
+    read_estimates(&mut series, estimates)?;
+    read_beliefs(&mut series, beliefs, n)?;
     let reported = series.reported;
     table::for_each::<Extra>(extras, |row| {
         let place = &mut series.phases[reported][row.run as usize][row.k as usize];
@@ -145,6 +124,78 @@ fn read(
         }
     })?;
     Ok(series)
+}
+
+/// A column of a batch; `table::columns` has checked the table.
+fn column<'a>(batch: &'a RecordBatch, name: &str) -> &'a dyn Array {
+    batch.column_by_name(name).expect("this column was read")
+}
+
+fn doubles<'a>(batch: &'a RecordBatch, name: &str) -> &'a Float64Array {
+    column(batch, name).as_primitive::<Float64Type>()
+}
+
+/// The columns run, k and phase, row by row as places in `phases`.
+fn places(batch: &RecordBatch) -> impl Iterator<Item = (usize, usize, usize)> {
+    let integers = |name: &str| column(batch, name).as_primitive::<Int32Type>().values();
+    let phases = column(batch, "phase").as_string::<i32>();
+    let steps = integers("run").iter().zip(integers("k"));
+    let at = move |(i, (&run, &k)): (usize, (&i32, &i32))| {
+        (phase_index(phases.value(i)), run as usize, k as usize)
+    };
+    steps.enumerate().map(at)
+}
+
+fn read_estimates(series: &mut Series, path: &Path) -> Result<(), Error> {
+    let wanted = ["run", "k", "phase", "center", "lower", "upper", "status"];
+    for batch in table::columns::<Estimate>(path, &wanted)? {
+        let batch = batch?;
+        let [center, lower, upper] = ["center", "lower", "upper"].map(|c| doubles(&batch, c));
+        for (i, (phase, run, k)) in places(&batch).enumerate() {
+            if center.is_null(i) {
+                let status = column(&batch, "status").as_string::<i32>().value(i);
+                series.ended[run] = Some((k, status.into()));
+                continue;
+            }
+            let point = series.phases[phase][run][k].get_or_insert_with(Point::default);
+            point.center.push(center.value(i));
+            if lower.is_valid(i) && upper.is_valid(i) {
+                point.lower.push(lower.value(i));
+                point.upper.push(upper.value(i));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn read_beliefs(series: &mut Series, path: &Path, n: usize) -> Result<(), Error> {
+    let wanted = [
+        "run",
+        "k",
+        "phase",
+        "volume",
+        "covariance",
+        "contains_truth",
+    ];
+    for batch in table::columns::<Belief>(path, &wanted)? {
+        let batch = batch?;
+        let volume = doubles(&batch, "volume");
+        let covariance = column(&batch, "covariance").as_list::<i32>();
+        let contains = column(&batch, "contains_truth").as_boolean();
+        for (i, (phase, run, k)) in places(&batch).enumerate() {
+            let Some(point) = &mut series.phases[phase][run][k] else {
+                continue;
+            };
+            point.covariance = covariance.is_valid(i).then(|| {
+                let entries = covariance.value(i);
+                let p = entries.as_primitive::<Float64Type>();
+                Matrix::from_fn(n, n, |i, j| p.value(i * n + j))
+            });
+            point.volume = volume.is_valid(i).then(|| volume.value(i));
+            point.contains = contains.is_valid(i).then(|| contains.value(i));
+        }
+    }
+    Ok(())
 }
 
 /// Writes `metrics.parquet` from the artifacts of `simulate` and of every estimator, in the file's order.

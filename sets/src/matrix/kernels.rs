@@ -94,15 +94,28 @@ pub(super) fn cholesky<T: Number>(n: usize, a: &[T], l: &mut [T]) -> bool {
 /// X ← (L Lᵀ)⁻¹ X for X of n rows of length `cols`.
 #[inline]
 pub(super) fn solve<T: Number>(n: usize, l: &[T], cols: usize, x: &mut [T]) {
-    for j in 0..cols {
-        for i in 0..n {
-            let s = (0..i).fold(x[i * cols + j], |s, k| s - l[i * n + k] * x[k * cols + j]);
-            x[i * cols + j] = s / l[i * n + i];
+    // Row by row of X, so that its columns do not wait for each other's quotients.
+    let eliminate = |x: &mut [T], i: usize, k: usize, factor: T| {
+        let (low, high) = x.split_at_mut(i.max(k) * cols);
+        let (from, to) = match k < i {
+            true => (&low[k * cols..][..cols], &mut high[..cols]),
+            false => (&high[..cols], &mut low[i * cols..][..cols]),
+        };
+        for (to, &from) in to.iter_mut().zip(from) {
+            *to = *to - factor * from;
         }
-        for i in (0..n).rev() {
-            let s = (i + 1..n).fold(x[i * cols + j], |s, k| s - l[k * n + i] * x[k * cols + j]);
-            x[i * cols + j] = s / l[i * n + i];
-        }
+    };
+    for i in 0..n {
+        (0..i).for_each(|k| eliminate(x, i, k, l[i * n + k]));
+        x[i * cols..][..cols]
+            .iter_mut()
+            .for_each(|x| *x = *x / l[i * n + i]);
+    }
+    for i in (0..n).rev() {
+        (i + 1..n).for_each(|k| eliminate(x, i, k, l[k * n + i]));
+        x[i * cols..][..cols]
+            .iter_mut()
+            .for_each(|x| *x = *x / l[i * n + i]);
     }
 }
 

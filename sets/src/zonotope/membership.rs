@@ -10,6 +10,7 @@
 //! closed convex sets in Hilbert spaces", Journal of Approximation Theory 127, 2004.
 
 use super::Zonotope;
+use crate::matrix::{abs_sum, dot};
 use crate::rounding::{gamma, up};
 use crate::{Containment, Interval, Matrix};
 
@@ -35,26 +36,31 @@ impl Zonotope {
             return Containment::Undecided;
         }
         let target: Vec<f64> = offset.iter().map(|side| side.mid()).collect();
-        let (mut z, mut xi, mut gap) = (vec![0.0; p], vec![0.0; p], vec![0.0; n]);
+        let (mut z, mut xi, mut gap) = (vec![0.0_f64; p], vec![0.0; p], vec![0.0; n]);
         for round in 1..=ROUNDS {
             // b = P_cube z, ξ = P_plane(2b − z), z ← z + ξ − b.
+            for (xi, &z) in xi.iter_mut().zip(&z) {
+                *xi = 2.0 * z.clamp(-EDGE, EDGE) - z;
+            }
             for (i, e) in gap.iter_mut().enumerate() {
-                let mirrored = |z: f64| 2.0 * z.clamp(-EDGE, EDGE) - z;
-                let reached: f64 = self
-                    .g
-                    .row(i)
-                    .iter()
-                    .zip(&z)
-                    .map(|(g, &z)| g * mirrored(z))
-                    .sum();
-                *e = target[i] - reached;
+                // At first z = 0.
+                *e = match round {
+                    1 => target[i],
+                    _ => {
+                        let row = self.g.row(i).iter().zip(&xi);
+                        target[i] - row.map(|(g, xi)| g * xi).sum::<f64>()
+                    }
+                };
+            }
+            for (i, &gap) in gap.iter().enumerate() {
+                for (xi, k) in xi.iter_mut().zip(k.row(i)) {
+                    *xi += k * gap;
+                }
             }
             let mut within = true;
-            for (j, (z, xi)) in z.iter_mut().zip(&mut xi).enumerate() {
-                let b = z.clamp(-EDGE, EDGE);
-                *xi = (0..n).fold(2.0 * b - *z, |x, i| x + k[(i, j)] * gap[i]);
+            for (z, xi) in z.iter_mut().zip(&xi) {
                 within &= xi.abs() <= EDGE;
-                *z += *xi - b;
+                *z += xi - z.clamp(-EDGE, EDGE);
             }
             if within {
                 return match self.is_certificate(&xi, &k, offset) {
@@ -81,26 +87,24 @@ impl Zonotope {
     /// ‖s‖∞ ≤ t = ‖ρ‖∞/(1 − ε), so that G (ξ + K s) = o; and |ξ_j| + ‖K_j‖₁ t ≤ 1 keeps it in the cube.
     ///
     /// |ρ_i| ≤ ⌈|fl(mid o_i − G_i ξ)| + rad o_i + γ_{p+1} (|mid o_i| + |G|_i 1)⌉, as |ξ| ≤ 1, and
-    /// Σ_l |E_il| ≤ ⌈Σ_l |fl(E_il)| + γ_{p+1} Σ_l (1 + |G_i| |K_l|)⌉.
+    /// Σ_l |E_il| ≤ ⌈Σ_l |fl(E_il)| + γ_{p+1} Σ_l (1 + |G_i| 1 ‖K_l‖∞)⌉, in whatever order is summed.
     fn is_certificate(&self, xi: &[f64], k: &Matrix, offset: &[Interval]) -> bool {
         let (n, p) = (self.dim(), self.generators());
         let (mut residual, mut defect) = (0.0_f64, 0.0_f64);
+        let most = |row: &[f64]| row.iter().fold(0.0_f64, |most, k| most.max(k.abs()));
+        let largest: Vec<f64> = (0..n).map(|l| most(k.row(l))).collect();
         for (i, side) in offset.iter().enumerate() {
             let row = self.g.row(i);
             let mid = side.mid();
-            let reached = row.iter().zip(xi).fold(mid, |s, (g, x)| s - g * x);
-            let size = mid.abs() + row.iter().fold(0.0, |s, g| s + g.abs());
-            let bound = reached.abs() + side.rad() + gamma(p + 1) * size;
+            let ones = abs_sum(row);
+            let size = mid.abs() + ones;
+            let bound = (mid - dot(row, xi)).abs() + side.rad() + gamma(p + 1) * size;
             residual = residual.max(up(bound, p + 4));
             let mut sum = 0.0;
-            for l in 0..n {
-                let start = if i == l { -1.0 } else { 0.0 };
-                let (mut entry, mut size) = (start, 1.0);
-                for (g, k) in row.iter().zip(k.row(l)) {
-                    entry += g * k;
-                    size += (g * k).abs();
-                }
-                sum += entry.abs() + gamma(p + 1) * size;
+            for (l, largest) in largest.iter().enumerate() {
+                let one = if i == l { 1.0 } else { 0.0 };
+                let entry = dot(row, k.row(l)) - one;
+                sum += entry.abs() + gamma(p + 1) * (1.0 + ones * largest);
             }
             defect = defect.max(up(sum, n + p + 3));
         }

@@ -104,20 +104,23 @@ impl Zonotope {
 
 /// The nonzero columns, each with the sign that turns it into the angles [0, π).
 fn upper_half(g: &Matrix) -> Vec<[f64; 2]> {
-    g.row(0)
-        .iter()
-        .zip(g.row(1))
-        .filter(|&(&x, &y)| x != 0.0 || y != 0.0)
-        .map(|(&x, &y)| match y > 0.0 || (y == 0.0 && x > 0.0) {
-            true => [x, y],
-            false => [-x, -y],
-        })
-        .collect()
+    let mut turned = Vec::with_capacity(g.cols());
+    for (&x, &y) in g.row(0).iter().zip(g.row(1)) {
+        if x != 0.0 || y != 0.0 {
+            turned.push(match y > 0.0 || (y == 0.0 && x > 0.0) {
+                true => [x, y],
+                false => [-x, -y],
+            });
+        }
+    }
+    turned
 }
 
 /// Sorted by angle. The key is a quotient rounded once (and a sum rounded once), hence monotone in the
 /// angle: only generators of the same rounded slope can be out of order.
 fn sorted(mut generators: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    // Up to so many, counting the keys before each one is faster than sorting them.
+    const FEW: usize = 64;
     let key = |&[x, y]: &[f64; 2]| {
         if x >= y {
             y / x
@@ -127,6 +130,16 @@ fn sorted(mut generators: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
             4.0 + y / x
         }
     };
+    if generators.len() <= FEW {
+        let keys: Vec<f64> = generators.iter().map(key).collect();
+        let mut places = vec![[0.0; 2]; generators.len()];
+        for (i, (&own, &g)) in keys.iter().zip(&generators).enumerate() {
+            let equal_too = keys[..i].iter().filter(|&&k| k <= own).count();
+            let below = keys[i + 1..].iter().filter(|&&k| k < own).count();
+            places[equal_too + below] = g;
+        }
+        return places;
+    }
     // Nonnegative numbers are ordered as their bits; adding 0 turns −0 into 0.
     generators.sort_by_cached_key(|g| (key(g) + 0.0).to_bits());
     generators

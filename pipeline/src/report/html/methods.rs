@@ -1,10 +1,11 @@
 //! Methods beside each other: who is more accurate and tighter, and who keeps up with the plant.
 
-use super::markup::{badge, code, commands, escaped, label, place, row, table};
+use super::markup::{badge, code, commands, escaped, label, place, row, scrolling, table};
 use super::{Page, heading};
 use crate::error::Error;
 use crate::experiment::metric::METRICS;
 use crate::report::source::{Held, Source};
+use crate::report::step_times::{Recorded, StepTimes};
 use crate::stage::compare::four_digits;
 use crate::tables;
 use crate::{query, rows};
@@ -274,7 +275,12 @@ fn period_us(held: &Held, experiment: &str) -> Option<f64> {
 }
 
 /// Step times beside each other on a logarithmic scale, and beside the sampling period where there is one.
-pub fn real_time(lake: &Path, papers: &[&Held], times: &[StepTime]) -> Result<Page, Error> {
+pub fn real_time(
+    lake: &Path,
+    papers: &[&Held],
+    times: &[StepTime],
+    recorded: &[Recorded],
+) -> Result<Page, Error> {
     let mut body = "<h1>Does it keep up?</h1>\n<p>Times of a step in this lake, measured on the machine that made it: they depend \
                     on it, and are part of no hash and no verdict of the tables. The bar is the median of a step, the mark behind it \
                     the longest of all runs, both on one logarithmic scale. A method runs in real time where its longest step is \
@@ -350,6 +356,16 @@ pub fn real_time(lake: &Path, papers: &[&Held], times: &[StepTime]) -> Result<Pa
              GROUP BY paper, experiment, estimator ORDER BY median_us DESC\"",
         );
     }
+    for held in papers {
+        if let Some(steps) = StepTimes::of(recorded, &held.name) {
+            body += &heading(
+                2,
+                &format!("step-times-{}", held.name),
+                &format!("Step by step: {}", escaped(&held.name)),
+            );
+            body += &step_times(&steps);
+        }
+    }
     let mut printed = Vec::new();
     for held in papers {
         for t in tables::timing_comparisons(lake, &held.name)? {
@@ -388,6 +404,27 @@ pub fn real_time(lake: &Path, papers: &[&Held], times: &[StepTime]) -> Result<Pa
         name: "Real time".to_owned(),
         body,
     })
+}
+
+/// The recorded times of single steps.
+fn step_times(steps: &StepTimes) -> String {
+    let words = escaped(&steps.words());
+    let picture = scrolling("How long a step takes", &steps.picture());
+    let mut out = format!("<figure>{picture}<figcaption>{words}</figcaption></figure>\n");
+    let grids = [
+        ("Quantiles of the times", steps.quantiles()),
+        ("Where the time of a step goes", steps.shares()),
+    ];
+    for (caption, grid) in grids {
+        let cells = |cells: &Vec<String>| -> Vec<String> {
+            cells.iter().map(|cell| escaped(cell)).collect()
+        };
+        let rows: Vec<String> = grid.rows.iter().map(|r| row(&cells(r))).collect();
+        if !rows.is_empty() {
+            out += &table("", caption, &grid.header, &rows.concat());
+        }
+    }
+    out
 }
 
 fn badge_of(class: &str, mark: &str, words: &str) -> String {

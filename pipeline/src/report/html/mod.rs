@@ -13,8 +13,9 @@ mod methods;
 mod paper;
 
 use crate::error::Error;
+use crate::report::Recordings;
 use crate::report::about::{self, Figure};
-use crate::report::peers::{self, PeerRow};
+use crate::report::peers;
 use crate::report::source::{Held, Source};
 use markup::{escaped, place};
 use serde_json::{Map, Value, json};
@@ -38,7 +39,7 @@ pub fn render(
     lake: &Path,
     source: &Source,
     papers: &[(Held, Vec<Figure>)],
-    peers: &[PeerRow],
+    recorded: &Recordings,
 ) -> Result<String, Error> {
     let held: Vec<&Held> = papers.iter().map(|(held, _)| held).collect();
     let measured = lake_tables::read(lake)?;
@@ -56,12 +57,12 @@ pub fn render(
     }
     let times = methods::times(lake)?;
     pages.push(methods::ranking(source, &held, &times)?);
-    pages.push(methods::real_time(lake, &held, &times)?);
-    if !peers.is_empty() {
+    pages.push(methods::real_time(lake, &held, &times, &recorded.steps)?);
+    if !recorded.peers.is_empty() {
         pages.push(Page {
             place: "peers".to_owned(),
             name: "Other tools".to_owned(),
-            body: peers::html(peers),
+            body: peers::html(&recorded.peers),
         });
     }
     pages.push(lake_tables::page(&measured));
