@@ -256,7 +256,7 @@ fn at_corners<'a, T>(
 }
 
 /// What was said of the corner `bits`.
-fn known<'a, T>((corners, values): &'a (Vec<usize>, Vec<T>), bits: usize) -> &'a T {
+fn known<T>((corners, values): &(Vec<usize>, Vec<T>), bits: usize) -> &T {
     let at = corners.binary_search(&bits);
     &values[at.expect("every corner of every vector was asked for")]
 }
@@ -394,13 +394,13 @@ fn decomposed_jacobian<F: Function>(
     if corners.active.is_empty() {
         return Ok(natural);
     }
-    let varies = |i: usize, j: usize| second[i].row(j).iter().any(|h| *h != Interval::ZERO);
-    let mut entries = Vec::with_capacity(m * n);
-    for i in 0..m {
-        for j in 0..n {
-            entries.push(varies(i, j).then(|| vectors_of(second[i].row(j), &corners, vectors)));
-        }
-    }
+    let rows = second.iter().flat_map(|h| (0..n).map(|j| h.row(j)));
+    let entries: Vec<_> = rows
+        .map(|gradient| {
+            let varies = gradient.iter().any(|h| *h != Interval::ZERO);
+            varies.then(|| vectors_of(gradient, &corners, vectors))
+        })
+        .collect();
     let vectors = entries.iter().flatten().flat_map(|(v, _)| v);
     let at = at_corners(vectors, |bits| {
         Ok(jacobian_over(f, &IntervalVector::point(&corners.at(bits))?)?.1)
