@@ -392,6 +392,17 @@ fn hand_examples() {
     let seen = ConstrainedZonotope::from_box(&range).unwrap();
     let updated = update_by_mean_value(&Power(true), &upper, &seen, j, v, &mut lp).unwrap();
     near(updated.interval_hull().unwrap()[0], 0.5, 1.0);
+    // Rounding boxes count in full: [−1, 1] ± ½ through x, and a y of ± ¼ without a generator.
+    let wide = Zonotope::with_rounding(vec![0.0], Matrix::identity(1), vec![0.5]).unwrap();
+    let image = &propagate(&Power(false), &wide.into(), BEST).unwrap()[0];
+    near(image.interval_hull().unwrap()[0], -1.5, 1.5);
+    let seen = Zonotope::with_rounding(vec![0.0], Matrix::zeros(1, 0), vec![0.25]).unwrap();
+    for set in [
+        update(&Power(false), &unit, &seen.clone().into(), BEST).unwrap(),
+        update_by_mean_value(&Power(false), &unit, &seen.into(), j, v, &mut lp).unwrap(),
+    ] {
+        near(set.interval_hull().unwrap()[0], -0.25, 0.25);
+    }
     // What does not fit is refused.
     let two = ConstrainedZonotope::point(&[1.0, 1.0]).unwrap();
     assert!(update(&Power(true), &unit, &two, BEST).is_err());
