@@ -53,6 +53,17 @@ pub enum JacobianBounds {
     Decomposition,
 }
 
+/// Which vectors, how many of them, and from which bounds of the Jacobian.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Recipe {
+    /// What "lower" and "upper" are.
+    pub vectors: Vectors,
+    /// One vector of each row, or all.
+    pub choose: Choose,
+    /// How the Jacobian is bounded.
+    pub jacobian: JacobianBounds,
+}
+
 /// f(z) − mᵀz ∈ `remainder` for every z of the box it was made over.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Relation {
@@ -98,8 +109,17 @@ struct Corners {
 }
 
 impl Corners {
-    fn count(&self) -> usize {
-        1 << self.active.len()
+    /// Fails with `Range` where more components matter than a number has bits.
+    fn new(active: Vec<usize>, range: IntervalVector) -> Result<Self, SetError> {
+        if active.len() >= usize::BITS as usize {
+            return Err(SetError::Range {
+                op: "decomposition",
+                what: "the number of components in which the function is not affine",
+                expected: "at most 63",
+                got: active.len() as f64,
+            });
+        }
+        Ok(Self { active, range })
     }
 
     /// Corner `bits`: component active[a] at its upper bound if bit a is set.
@@ -135,15 +155,18 @@ fn free(gradient: &[Interval], range: &IntervalVector) -> Vec<usize> {
     free
 }
 
-/// All relations of one row: `value(corner)` is f there, `gradient` its bounds over the box.
+/// One vector m of a row, and the corners where f − mᵀz is least and greatest.
+struct Vector {
+    linear: Vec<f64>,
+    minus: usize,
+    plus: usize,
+}
+
+/// The vectors of a row whose gradient lies in `gradient`, and what the components in which it is affine but
+/// for rounding add to every remainder.
 ///
 /// In lexicographic order, the first component the most significant and lower before upper.
-fn row(
-    value: impl Fn(usize) -> Interval,
-    gradient: &[Interval],
-    corners: &Corners,
-    vectors: Vectors,
-) -> Vec<Relation> {
+fn vectors_of(gradient: &[Interval], corners: &Corners, vectors: Vectors) -> (Vec<Vector>, f64) {
     let range = &corners.range;
     let free = free(gradient, range);
     let bounds = |j: usize| match vectors {
@@ -164,9 +187,8 @@ fn row(
             varying.push(j);
         }
     }
-    let choices = 1usize << free.len();
-    let mut relations = Vec::with_capacity(choices);
-    for s in 0..choices {
+    let choices = 0..1usize << free.len();
+    let all = choices.map(|s| {
         let (mut plus, mut minus) = (0, 0);
         for &j in &varying {
             let upper = free
@@ -185,24 +207,58 @@ fn row(
                 plus |= bit;
             }
         }
+        Vector {
+            linear: linear.clone(),
+            minus,
+            plus,
+        }
+    });
+    (all.collect(), charge)
+}
+
+/// The relations of the vectors of one row: `value(corner)` is f there.
+fn row(
+    value: impl Fn(usize) -> Interval,
+    (vectors, charge): (Vec<Vector>, f64),
+    corners: &Corners,
+) -> Vec<Relation> {
+    let relation = |vector: Vector| {
         let rest = |bits: usize| {
             let z = corners.at(bits);
-            let along = linear.iter().zip(&z).filter(|(m, _)| **m != 0.0);
+            let along = vector.linear.iter().zip(&z).filter(|(m, _)| **m != 0.0);
             along.fold(value(bits), |s, (&m, &z)| {
                 s - Interval::point(m) * Interval::point(z)
             })
         };
-        let ends = rest(minus).hull(&rest(plus));
-        relations.push(Relation {
-            linear: linear.clone(),
+        let ends = rest(vector.minus).hull(&rest(vector.plus));
+        Relation {
             remainder: if charge > 0.0 {
                 ends + Interval::from_center_radius(0.0, charge)
             } else {
                 ends
             },
-        });
-    }
-    relations
+            linear: vector.linear,
+        }
+    };
+    vectors.into_iter().map(relation).collect()
+}
+
+/// The corners that the vectors need, in ascending order and each once, and what `at` says of them.
+fn at_corners<'a, T>(
+    vectors: impl Iterator<Item = &'a Vector>,
+    at: impl FnMut(usize) -> Result<T, SetError>,
+) -> Result<(Vec<usize>, Vec<T>), SetError> {
+    let mut needed: Vec<usize> = vectors.flat_map(|v| [v.minus, v.plus]).collect();
+    needed.sort_unstable();
+    needed.dedup();
+    let values = needed.iter().copied().map(at).collect::<Result<_, _>>()?;
+    Ok((needed, values))
+}
+
+/// What was said of the corner `bits`.
+fn known<T>((corners, values): &(Vec<usize>, Vec<T>), bits: usize) -> &T {
+    let at = corners.binary_search(&bits);
+    &values[at.expect("every corner of every vector was asked for")]
 }
 
 /// Remainders whose widths differ by less than this are equally wide: equalities that hold in exact
@@ -240,42 +296,63 @@ pub fn relations<F: Function>(
     let active: Vec<usize> = (0..n)
         .filter(|&j| (0..m).any(|i| !is_affine(gradient[(i, j)])))
         .collect();
-    let corners = Corners {
-        active,
-        range: frame.range().clone(),
-    };
-    check_corners(&corners)?;
-    let mut values = vec![Interval::ZERO; m * corners.count()];
-    for (bits, values) in values.chunks_mut(m).enumerate() {
+    let corners = Corners::new(active, frame.range().clone())?;
+    let rows: Vec<_> = (0..m)
+        .map(|i| vectors_of(gradient.row(i), &corners, vectors))
+        .collect();
+    let values = at_corners(rows.iter().flat_map(|(row, _)| row), |bits| {
         let x = in_state(frame, &corners.at(bits))?;
-        f.evaluate(x.as_slice(), values);
-    }
-    for value in &values {
-        value.finite(OP)?;
-    }
-    Ok((0..m)
-        .map(|i| {
-            row(
-                |bits| values[bits * m + i],
-                gradient.row(i),
-                &corners,
-                vectors,
-            )
-        })
-        .collect())
+        let mut value = vec![Interval::ZERO; m];
+        f.evaluate(x.as_slice(), &mut value);
+        IntervalVector::new(value).finite(OP)
+    })?;
+    let relations = rows.into_iter().enumerate();
+    let relations = relations.map(|(i, r)| row(|bits| known(&values, bits)[i], r, &corners));
+    Ok(relations.collect())
 }
 
-/// At most 2¹² corners.
-fn check_corners(corners: &Corners) -> Result<(), SetError> {
-    if corners.active.len() > 12 {
+/// The relations of every row that the recipe chooses, `gradient` as in [`relations`].
+///
+/// Fails as [`relations`].
+pub fn chosen_relations<F: Function>(
+    f: &F,
+    frame: &Frame,
+    gradient: &IntervalMatrix,
+    recipe: Recipe,
+) -> Result<Vec<Vec<Relation>>, SetError> {
+    let rows = relations(f, frame, gradient, recipe.vectors)?;
+    Ok(match recipe.choose {
+        Choose::All => rows,
+        Choose::Argmin => rows.iter().map(|r| vec![narrowest(r).clone()]).collect(),
+    })
+}
+
+/// At most this many combinations of one relation a row are made.
+const MOST_COMBINATIONS: usize = 1024;
+
+/// One relation a row, in all combinations: one a matrix H of \[Khajenejad, Eq. (9)\].
+///
+/// Fails with `Range` for more than 1024.
+pub fn combinations(rows: &[Vec<Relation>]) -> Result<Vec<Vec<&Relation>>, SetError> {
+    let count = rows
+        .iter()
+        .fold(1usize, |n, row| n.saturating_mul(row.len()));
+    if count > MOST_COMBINATIONS {
         return Err(SetError::Range {
-            op: "decomposition",
-            what: "the number of components in which the function is not affine",
-            expected: "at most 12",
-            got: corners.active.len() as f64,
+            op: "combinations of all vectors of all rows",
+            what: "their number",
+            expected: "at most 1024 (choose = \"argmin\" has one)",
+            got: count as f64,
         });
     }
-    Ok(())
+    let mut all: Vec<Vec<&Relation>> = vec![Vec::new()];
+    for row in rows {
+        all = all
+            .iter()
+            .flat_map(|c| row.iter().map(move |r| [&c[..], &[r]].concat()))
+            .collect();
+    }
+    Ok(all)
 }
 
 /// The Jacobian in the frame's coordinates t over its box: J C⁻¹, with the entries of J bounded in x over the
@@ -313,31 +390,36 @@ fn decomposed_jacobian<F: Function>(
         let mut entries = second.iter().flat_map(|h| (0..n).map(move |i| h[(i, *j)]));
         entries.any(|h| h != Interval::ZERO)
     };
-    let corners = Corners {
-        active: (0..n).filter(depends).collect(),
-        range: over,
-    };
+    let corners = Corners::new((0..n).filter(depends).collect(), over)?;
     if corners.active.is_empty() {
         return Ok(natural);
     }
-    check_corners(&corners)?;
-    let at: Vec<IntervalMatrix> = (0..corners.count())
-        .map(|bits| Ok(jacobian_over(f, &IntervalVector::point(&corners.at(bits))?)?.1))
-        .collect::<Result<_, SetError>>()?;
-    Ok(IntervalMatrix::from_fn(m, n, |i, j| {
-        let gradient = second[i].row(j);
-        if gradient.iter().all(|h| *h == Interval::ZERO) {
-            return natural[(i, j)];
-        }
-        let relations = row(|bits| at[bits][(i, j)], gradient, &corners, vectors);
-        relations.iter().fold(natural[(i, j)], |bound, relation| {
-            let terms = relation.linear.iter().zip(&corners.range);
-            let value = terms
-                .filter(|(m, _)| **m != 0.0)
-                .fold(relation.remainder, |s, (&m, &z)| s + Interval::point(m) * z);
-            // Both contain the entry, so they meet.
-            bound.intersect(&value).unwrap_or(bound)
+    let rows = second.iter().flat_map(|h| (0..n).map(|j| h.row(j)));
+    let entries: Vec<_> = rows
+        .map(|gradient| {
+            let varies = gradient.iter().any(|h| *h != Interval::ZERO);
+            varies.then(|| vectors_of(gradient, &corners, vectors))
         })
+        .collect();
+    let vectors = entries.iter().flatten().flat_map(|(v, _)| v);
+    let at = at_corners(vectors, |bits| {
+        Ok(jacobian_over(f, &IntervalVector::point(&corners.at(bits))?)?.1)
+    })?;
+    let mut entries = entries.into_iter();
+    Ok(IntervalMatrix::from_fn(m, n, |i, j| {
+        let vectors = entries.next().expect("one an entry, in this order");
+        let relations = vectors.map(|v| row(|bits| known(&at, bits)[(i, j)], v, &corners));
+        relations
+            .into_iter()
+            .flatten()
+            .fold(natural[(i, j)], |bound, relation| {
+                let terms = relation.linear.iter().zip(&corners.range);
+                let value = terms
+                    .filter(|(m, _)| **m != 0.0)
+                    .fold(relation.remainder, |s, (&m, &z)| s + Interval::point(m) * z);
+                // Both contain the entry, so they meet.
+                bound.intersect(&value).unwrap_or(bound)
+            })
     }))
 }
 

@@ -9,6 +9,7 @@
 
 mod choice;
 pub mod decomposition;
+pub mod generators;
 mod mean_value;
 mod taylor;
 
@@ -76,7 +77,7 @@ fn distances(z: &Zonotope, h: &[f64]) -> Vec<f64> {
 }
 
 /// ⌈R e⌉ for R, e ≥ 0; exactly 0 where the row of R is.
-fn product_up(r: &Matrix, e: &[f64]) -> Vec<f64> {
+pub(crate) fn product_up(r: &Matrix, e: &[f64]) -> Vec<f64> {
     let row = |i: usize| {
         let row = r.row(i);
         match row.iter().all(|&x| x == 0.0) {

@@ -45,6 +45,28 @@ impl ConstrainedZonotope {
         self.stacked(y, self.z.cartesian_product(&y.z))
     }
 
+    /// { (x_i, i in `which`) : x ∈ X }: the projection onto neighbouring components, exact.
+    ///
+    /// All generators and constraints stay. Fails with `Dimension` where X has not all the components.
+    pub fn components(&self, which: std::ops::Range<usize>) -> Result<Self, SetError> {
+        const OP: &str = "projection of a constrained zonotope";
+        if which.end > self.dim() || which.start > which.end {
+            return Err(SetError::Dimension {
+                op: OP,
+                expected: self.dim(),
+                got: which.end,
+            });
+        }
+        let g = Matrix::from_fn(which.len(), self.generators(), |i, j| {
+            self.g()[(which.start + i, j)]
+        });
+        let (c, r) = (&self.c()[which.clone()], &self.r()[which]);
+        Ok(Self {
+            z: Zonotope::checked(OP, c.to_vec(), g, r.to_vec())?,
+            ..self.clone()
+        })
+    }
+
     /// `z`, whose generators are those of X and then those of Y, with the constraints of both.
     fn stacked(&self, y: &Self, z: Zonotope) -> Self {
         let (p, q) = (self.generators(), self.constraints());

@@ -54,6 +54,31 @@ impl Frame {
         self.identity
     }
 
+    /// The frame of (x, e) with e as it is: diag(C, I), and the range of t beside `e`.
+    pub fn beside(&self, e: &IntervalVector) -> Self {
+        let (n, p) = (self.to.rows(), e.dim());
+        let within = |i: usize, j: usize| i < n && j < n;
+        let unit = |i: usize, j: usize| f64::from(i == j);
+        Self {
+            to: Matrix::from_fn(n + p, n + p, |i, j| {
+                if within(i, j) {
+                    self.to[(i, j)]
+                } else {
+                    unit(i, j)
+                }
+            }),
+            back: IntervalMatrix::from_fn(n + p, n + p, |i, j| {
+                if within(i, j) {
+                    self.back[(i, j)]
+                } else {
+                    Interval::point(unit(i, j))
+                }
+            }),
+            range: IntervalVector::stack(&[&self.range, e]),
+            identity: self.identity,
+        }
+    }
+
     /// A box in x that contains the frame's box: C⁻¹ range.
     pub fn hull(&self) -> IntervalVector {
         if self.identity {

@@ -1,12 +1,13 @@
 //! A polytope that contains x_k, and the systems' functions that its filters decompose.
 
 use crate::estimator::{Belief, Containment, Shape, Size, box_contains};
+use crate::propagation::generators::at_generators;
 use crate::system::{AnySystem, System};
 use std::sync::OnceLock;
 use zonobench_sets::lp::{LinearProgram, Work};
 use zonobench_sets::number::{Function, Real};
 use zonobench_sets::{
-    ConstrainedZonotope, Interval, IntervalVector, Matrix, Polytope, SetError, Slab,
+    ConstrainedZonotope, Interval, IntervalVector, Matrix, Polytope, SetError, Slab, Zonotope,
 };
 
 /// A polytope that contains x_k: a constrained zonotope with slack, its hull, and, made when first asked
@@ -133,7 +134,18 @@ pub(super) enum Side {
     Output,
 }
 
-/// (x, e) ↦ f(k, x, u, e) or h(k, x, u, e), or x ↦ f(k, x, u, 0) where the noise is left out.
+/// What stands for the noise e.
+#[derive(Clone, Copy)]
+pub(super) enum NoiseArgument<'a> {
+    /// e = 0.
+    Zero,
+    /// e, behind x.
+    Own,
+    /// η with e = c + G η, behind x.
+    Generators(&'a Zonotope),
+}
+
+/// x, (x, e) or (x, η) ↦ f(k, x, u, e) or h(k, x, u, e).
 pub(super) struct Equation<'a> {
     pub system: &'a AnySystem,
     pub side: Side,
@@ -142,7 +154,7 @@ pub(super) struct Equation<'a> {
     pub n: usize,
     pub n_e: usize,
     pub outputs: usize,
-    pub with_noise: bool,
+    pub noise: NoiseArgument<'a>,
 }
 
 impl Equation<'_> {
@@ -159,10 +171,10 @@ const SMALL: usize = 16;
 
 impl Function for Equation<'_> {
     fn inputs(&self) -> usize {
-        if self.with_noise {
-            self.n + self.n_e
-        } else {
-            self.n
+        match self.noise {
+            NoiseArgument::Zero => self.n,
+            NoiseArgument::Own => self.n + self.n_e,
+            NoiseArgument::Generators(e) => self.n + e.generators(),
         }
     }
     fn outputs(&self) -> usize {
@@ -170,12 +182,16 @@ impl Function for Equation<'_> {
     }
     fn evaluate<S: Real>(&self, z: &[S], out: &mut [S]) {
         let zero = S::constant(0.0);
-        if self.with_noise {
-            self.apply(&z[..self.n], &z[self.n..], out);
-        } else if self.n_e <= SMALL {
-            self.apply(z, &[zero; SMALL][..self.n_e], out);
-        } else {
-            self.apply(z, &vec![zero; self.n_e], out);
+        match self.noise {
+            NoiseArgument::Own => self.apply(&z[..self.n], &z[self.n..], out),
+            NoiseArgument::Generators(e) => {
+                let e = at_generators(e, &z[self.n..]);
+                self.apply(&z[..self.n], &e, out);
+            }
+            NoiseArgument::Zero if self.n_e <= SMALL => {
+                self.apply(z, &[zero; SMALL][..self.n_e], out);
+            }
+            NoiseArgument::Zero => self.apply(z, &vec![zero; self.n_e], out),
         }
     }
 }

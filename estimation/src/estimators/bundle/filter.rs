@@ -1,22 +1,24 @@
 //! The recursion that all these filters share.
 
-use super::belief::{Equation, PolytopeBelief, Side};
-use super::{Carry, PolytopeFilterSettings, Recipe, Start};
+use super::belief::{Equation, NoiseArgument, PolytopeBelief, Side};
+use super::image::{Coordinates, beside, image, intersection, lift};
+use super::{Carry, PolytopeFilterSettings, Start};
 use crate::error::finite_vector;
 use crate::estimator::Measurement;
 use crate::estimators::linear_output::check_measurement;
 use crate::estimators::set_membership::set_of;
 use crate::propagation::decomposition::{
-    Choose, JacobianBounds, Relation, Vectors, jacobian_bounds, linear_parts, mean_value_relations,
-    narrowest, relations,
+    JacobianBounds, Recipe, Relation, Vectors, chosen_relations, combinations, jacobian_bounds,
+    mean_value_relations,
 };
+use crate::propagation::product_up;
 use crate::system::{AnySystem, System};
 use crate::{EstimationError, Problem};
-use zonobench_sets::interval_matrix::jacobian_over;
+use zonobench_sets::interval_matrix::{jacobian_over, real_dot};
 use zonobench_sets::lp::LinearProgram;
 use zonobench_sets::{
     ConstrainedZonotope, Frame, Interval, IntervalMatrix, IntervalVector, Matrix, Polytope,
-    SetError, Slab, Zonotope,
+    SetError, Slab,
 };
 
 /// One way to propagate a polytope.
@@ -42,9 +44,6 @@ pub(super) enum Method {
     Lift { recipe: Recipe },
 }
 
-/// At most this many images are intersected for one frame when all vectors of all rows are combined.
-const MAX_IMAGES: usize = 1024;
-
 #[derive(Clone, Debug)]
 pub(super) struct PolytopeFilter {
     kind: &'static str,
@@ -52,6 +51,7 @@ pub(super) struct PolytopeFilter {
     prior: PolytopeBelief,
     w: ConstrainedZonotope,
     w_hull: IntervalVector,
+    v: ConstrainedZonotope,
     v_hull: IntervalVector,
     n: usize,
     n_u: usize,
@@ -108,6 +108,7 @@ impl PolytopeFilter {
             prior: PolytopeBelief::new(prior, Vec::new(), &mut LinearProgram::new())
                 .map_err(&at)?,
             w,
+            v,
             n,
             n_u: variables.u.len(),
             n_y: variables.y.len(),
@@ -127,7 +128,7 @@ impl PolytopeFilter {
         side: Side,
         k: usize,
         u: &'a [f64],
-        with_noise: bool,
+        noise: NoiseArgument<'a>,
     ) -> Equation<'a> {
         let (n_e, outputs) = match side {
             Side::Dynamics => (self.w_hull.dim(), self.n),
@@ -141,36 +142,44 @@ impl PolytopeFilter {
             n: self.n,
             n_e,
             outputs,
-            with_noise,
+            noise,
         }
     }
 
-    /// The constant matrix D of e in f(x) + D e, after a look at the derivative over the box.
-    fn noise_matrix(
+    /// How the noise enters, after a look at its derivative over the box of x.
+    fn noise_over(
         &self,
         side: Side,
         k: usize,
         u: &[f64],
         over: &IntervalVector,
-    ) -> Result<Matrix, EstimationError> {
-        let (noise, op) = match side {
-            Side::Dynamics => (&self.w_hull, "prediction"),
-            Side::Output => (&self.v_hull, "update"),
+    ) -> Result<Noise, EstimationError> {
+        let (set, hull, op) = match side {
+            Side::Dynamics => (&self.w, &self.w_hull, "prediction"),
+            Side::Output => (&self.v, &self.v_hull, "update"),
         };
+        let at = EstimationError::at(k, op);
         self.check_domain(k, over)?;
-        let from_zero: IntervalVector = noise.iter().map(|e| e.hull(&Interval::ZERO)).collect();
-        let f = self.equation(side, k, u, true);
-        let (_, j) = jacobian_over(&f, &IntervalVector::stack(&[over, &from_zero]))
-            .map_err(EstimationError::at(k, op))?;
-        let d = j.select_columns(&(self.n..self.n + noise.dim()).collect::<Vec<_>>());
-        if d.as_slice().iter().any(|e| !e.is_point()) {
-            return Err(EstimationError::Unsupported {
-                kind: self.kind,
-                what: self.system.kind(),
-                reason: "it needs noises that are added with constant factors".into(),
-            });
+        let from_zero: IntervalVector = hull.iter().map(|e| e.hull(&Interval::ZERO)).collect();
+        let f = self.equation(side, k, u, NoiseArgument::Own);
+        let (_, j) = jacobian_over(&f, &IntervalVector::stack(&[over, &from_zero])).map_err(&at)?;
+        let d = j.select_columns(&(self.n..self.n + hull.dim()).collect::<Vec<_>>());
+        if d.as_slice().iter().any(|e| e.rad() > CONSTANT * e.mag()) {
+            return Coordinates::of(set).map(Noise::General).map_err(at);
         }
-        Ok(d.mid())
+        let middle = d.mid();
+        let mut range = IntervalMatrix::from(&middle).mul_vec(hull);
+        let mut image = if is_identity(&middle) {
+            set.clone()
+        } else {
+            set.linear_map(&middle).map_err(&at)?
+        };
+        if d.as_slice().iter().any(|e| !e.is_point()) {
+            range = d.mul_vec(hull);
+            let varies = product_up(&d.rad(), &hull.mag());
+            image = image.widened_by(&varies).map_err(&at)?;
+        }
+        Ok(Noise::Added { image, range })
     }
 
     pub fn predict(
@@ -187,21 +196,23 @@ impl PolytopeFilter {
                 Polytope::new(belief.hull.clone(), belief.strips.clone()).map_err(&at)?
             }
         };
-        let d = self.noise_matrix(Side::Dynamics, k - 1, u, from.hull())?;
-        let w = if is_identity(&d) {
-            self.w.clone()
-        } else {
-            self.w.linear_map(&d).map_err(&at)?
+        let (w, argument, noise) = match self.noise_over(Side::Dynamics, k - 1, u, from.hull())? {
+            Noise::Added { image, .. } => (image, NoiseArgument::Zero, None),
+            Noise::General(noise) => (
+                ConstrainedZonotope::point(&vec![0.0; self.n]).map_err(&at)?,
+                NoiseArgument::Generators(self.w.zonotope()),
+                Some(noise),
+            ),
         };
         let mut lp = LinearProgram::new();
-        let f = self.equation(Side::Dynamics, k - 1, u, false);
+        let f = self.equation(Side::Dynamics, k - 1, u, argument);
         let moved = match &self.method {
-            Method::Lift { recipe } => lift(&f, &from, *recipe, &w)
+            Method::Lift { recipe } => lift(&f, &from, noise.as_ref(), *recipe, &w)
                 .and_then(|set| PolytopeBelief::new(set, Vec::new(), &mut lp)),
             Method::Intersection(members) => {
                 let mut images = Vec::new();
                 for member in members {
-                    images.extend(self.images(k, member, &f, &from, &mut lp)?);
+                    images.extend(self.images(k, member, &f, &from, noise.as_ref(), &mut lp)?);
                 }
                 intersection(images, &w, &mut lp)
             }
@@ -222,27 +233,32 @@ impl PolytopeFilter {
         }
     }
 
-    /// The sets { f(x) } lies in by `member`, whose intersection is the member's set.
+    /// The sets that { f(x) } lies in by `member`, whose intersection is the member's set.
     fn images(
         &self,
         k: usize,
         member: &Member,
         f: &Equation,
         from: &Polytope,
+        noise: Option<&Coordinates>,
         lp: &mut LinearProgram,
     ) -> Result<Vec<ConstrainedZonotope>, EstimationError> {
         let at = EstimationError::at(k, "prediction");
+        let whole = || {
+            from.to_constrained_zonotope()
+                .map(|x| Coordinates::beside(x, noise))
+        };
+        let over = beside(from.hull(), noise);
         let mut images = Vec::new();
         match member {
             Member::MeanValue { jacobian, vectors } => {
-                let found = mean_value_over(f, from.hull(), *jacobian, *vectors).map_err(&at)?;
-                let set = from.to_constrained_zonotope().map_err(&at)?;
+                let found = mean_value_over(f, &over, *jacobian, *vectors).map_err(&at)?;
+                let set = whole().map_err(&at)?;
                 images.push(image(&set, &found.iter().collect::<Vec<_>>()).map_err(&at)?);
             }
             Member::Hull(recipe) => {
-                let frame = Frame::identity(from.hull());
-                let rows = chosen(f, &frame, *recipe).map_err(&at)?;
-                let set = from.to_constrained_zonotope().map_err(&at)?;
+                let rows = chosen(f, &Frame::identity(&over), *recipe).map_err(&at)?;
+                let set = whole().map_err(&at)?;
                 for choice in combinations(&rows).map_err(&at)? {
                     images.push(image(&set, &choice).map_err(&at)?);
                 }
@@ -250,8 +266,9 @@ impl PolytopeFilter {
             Member::Frames(recipe) => {
                 for frame in from.frames(lp).map_err(&at)? {
                     self.check_domain(k, &frame.hull())?;
-                    let rows = chosen(f, &frame, *recipe).map_err(&at)?;
                     let set = ConstrainedZonotope::from_box(frame.range()).map_err(&at)?;
+                    let set = Coordinates::beside(set, noise);
+                    let rows = chosen(f, &framed(frame, noise), *recipe).map_err(&at)?;
                     for choice in combinations(&rows).map_err(&at)? {
                         images.push(image(&set, &choice).map_err(&at)?);
                     }
@@ -273,8 +290,7 @@ impl PolytopeFilter {
         let at = EstimationError::at(k, "update");
         let mut updated = belief.clone();
         if y.iter().any(Option::is_some) {
-            let strips = self.strips(k, belief, u, y)?;
-            let set = belief.set.within(&strips).map_err(&at)?;
+            let (set, strips) = self.corrected(k, belief, u, y)?;
             updated = PolytopeBelief::new(set, strips, &mut LinearProgram::new()).map_err(&at)?;
         }
         if k == 0 && self.start == Start::Hull {
@@ -283,76 +299,146 @@ impl PolytopeFilter {
         Ok(updated)
     }
 
-    /// The slabs M x ∈ y_i − D v − \[lo, hi\] of every relation h_i(x) − M x ∈ \[lo, hi\], for what was measured.
-    fn strips(
+    /// The set cut by what was measured, and slabs of x that hold it.
+    ///
+    /// Of every relation h_i(x, 0) − M x ∈ \[lo, hi\] the slab M x ∈ y_i − D v − \[lo, hi\] where D V is a box;
+    /// else the slab M x + N η ∈ y_i − \[lo, hi\] of x and one η of V, projected: the rows share it.
+    fn corrected(
         &self,
         k: usize,
         belief: &PolytopeBelief,
         u: &[f64],
         y: Measurement,
-    ) -> Result<Vec<Slab>, EstimationError> {
+    ) -> Result<(ConstrainedZonotope, Vec<Slab>), EstimationError> {
         let at = EstimationError::at(k, "update");
-        let hull = &belief.hull;
-        let d = self.noise_matrix(Side::Output, k, u, hull)?;
-        let noise = IntervalMatrix::from(&d).mul_vec(&self.v_hull);
-        let mu = self.equation(Side::Output, k, u, false);
-        let mut strips: Vec<Slab> = Vec::new();
-        let mut take = |i: usize, relation: &Relation| {
-            let Some(y) = y[i] else { return };
+        let noise = self.noise_over(Side::Output, k, u, &belief.hull)?;
+        let (argument, coordinates) = match &noise {
+            Noise::Added { .. } => (NoiseArgument::Zero, None),
+            Noise::General(c) => (NoiseArgument::Generators(self.v.zonotope()), Some(c)),
+        };
+        let mu = self.equation(Side::Output, k, u, argument);
+        let (mut strips, mut joint): (Vec<Slab>, Vec<Slab>) = (Vec::new(), Vec::new());
+        for (i, relation) in self.output_relations(k, belief, &mu, coordinates)? {
+            let Some(y) = y[i] else { continue };
+            let y = Interval::point(y);
+            let (of_x, of_noise) = relation.linear.split_at(self.n);
+            let spread = match &noise {
+                Noise::Added { range, .. } => range[i],
+                Noise::General(c) => real_dot(Interval::ZERO, of_noise, c.range.as_slice()),
+            };
             let slab = Slab {
-                normal: relation.linear.clone(),
-                range: Interval::point(y) - noise[i] - relation.remainder,
+                normal: of_x.to_vec(),
+                range: y - spread - relation.remainder,
             };
             // A row that does not depend on x says nothing of it that a slab can hold.
             if slab.normal.iter().any(|m| *m != 0.0) && !strips.contains(&slab) {
                 strips.push(slab);
             }
+            let mut normal = relation.linear;
+            if let Noise::Added { .. } = noise {
+                normal.extend((0..self.n_y).map(|j| f64::from(i == j)));
+            }
+            joint.push(Slab {
+                normal,
+                range: y - relation.remainder,
+            });
+        }
+        let beside = match &noise {
+            Noise::Added { image, .. } if is_box(image) => None,
+            Noise::Added { image, .. } => Some(image),
+            Noise::General(c) => Some(&c.set),
         };
-        let identity = Frame::identity(hull);
+        let set = match beside {
+            None => belief.set.within(&strips),
+            Some(noise) => {
+                let both = belief.set.cartesian_product(noise).within(&joint);
+                both.and_then(|both| both.components(0..self.n))
+            }
+        };
+        Ok((set.map_err(at)?, strips))
+    }
+
+    /// All relations h_i − M (x, η) ∈ remainder, with their row i.
+    fn output_relations(
+        &self,
+        k: usize,
+        belief: &PolytopeBelief,
+        mu: &Equation,
+        noise: Option<&Coordinates>,
+    ) -> Result<Vec<(usize, Relation)>, EstimationError> {
+        let at = EstimationError::at(k, "update");
+        let over = beside(&belief.hull, noise);
+        let identity = Frame::identity(&over);
+        let mut all: Vec<(usize, Relation)> = Vec::new();
+        let mut take = |rows: Vec<Vec<Relation>>| {
+            for (i, row) in rows.into_iter().enumerate() {
+                all.extend(row.into_iter().map(|relation| (i, relation)));
+            }
+        };
+        let each = |found: Vec<Relation>| found.into_iter().map(|r| vec![r]).collect();
         match &self.method {
             Method::Lift { recipe } => {
-                let j = jacobian_bounds(&mu, &identity, recipe.jacobian, recipe.vectors)
-                    .map_err(&at)?;
-                for (i, row) in rows_of(&mu, &identity, &j, *recipe)
-                    .map_err(&at)?
-                    .iter()
-                    .enumerate()
-                {
-                    row.iter().for_each(|r| take(i, r));
-                }
-                let found = mean_value_relations(&mu, hull, &j).map_err(&at)?;
-                found.iter().enumerate().for_each(|(i, r)| take(i, r));
+                let j =
+                    jacobian_bounds(mu, &identity, recipe.jacobian, recipe.vectors).map_err(&at)?;
+                take(chosen_relations(mu, &identity, &j, *recipe).map_err(&at)?);
+                take(each(mean_value_relations(mu, &over, &j).map_err(&at)?));
             }
             Method::Intersection(members) => {
                 let mut lp = LinearProgram::new();
                 for member in members {
                     match member {
                         Member::MeanValue { jacobian, vectors } => {
-                            let found =
-                                mean_value_over(&mu, hull, *jacobian, *vectors).map_err(&at)?;
-                            found.iter().enumerate().for_each(|(i, r)| take(i, r));
+                            let found = mean_value_over(mu, &over, *jacobian, *vectors);
+                            take(each(found.map_err(&at)?));
                         }
-                        Member::Hull(recipe) => {
-                            let rows = chosen(&mu, &identity, *recipe).map_err(&at)?;
-                            for (i, row) in rows.iter().enumerate() {
-                                row.iter().for_each(|r| take(i, r));
-                            }
-                        }
+                        Member::Hull(recipe) => take(chosen(mu, &identity, *recipe).map_err(&at)?),
                         Member::Frames(recipe) => {
                             let from = belief.outline().map_err(&at)?;
                             for frame in from.frames(&mut lp).map_err(&at)? {
                                 self.check_domain(k, &frame.hull())?;
-                                let rows = chosen(&mu, &frame, *recipe).map_err(&at)?;
-                                for (i, row) in rows.iter().enumerate() {
-                                    row.iter().for_each(|r| take(i, &r.in_state(&frame)));
+                                let frame = framed(frame, noise);
+                                let mut rows = chosen(mu, &frame, *recipe).map_err(&at)?;
+                                for relation in rows.iter_mut().flatten() {
+                                    *relation = relation.in_state(&frame);
                                 }
+                                take(rows);
                             }
                         }
                     }
                 }
             }
         }
-        Ok(strips)
+        Ok(all)
+    }
+}
+
+/// How a noise e enters over a box of x.
+enum Noise {
+    /// f(x, e) ∈ f(x, 0) + D e with a D that is constant but for rounding.
+    Added {
+        /// Contains D e for every e of the noise's set.
+        image: ConstrainedZonotope,
+        /// Its box.
+        range: IntervalVector,
+    },
+    /// In any other way.
+    General(Coordinates),
+}
+
+/// A derivative whose radius is this small beside it is constant but for rounding.
+const CONSTANT: f64 = 1e-12;
+
+/// Whether the set is a box: no constraint, and every generator along an axis.
+fn is_box(set: &ConstrainedZonotope) -> bool {
+    let along_axis = |j: usize| set.g().col(j).iter().filter(|g| **g != 0.0).count() <= 1;
+    set.constraints() == 0 && (0..set.generators()).all(along_axis)
+}
+
+/// The frame of (x, η).
+fn framed(frame: Frame, noise: Option<&Coordinates>) -> Frame {
+    match noise {
+        Some(noise) => frame.beside(&noise.range),
+        None => frame,
     }
 }
 
@@ -369,172 +455,7 @@ fn mean_value_over(
 /// The relations of every row that `recipe` chooses, over the box of `frame` and in its coordinates.
 fn chosen(f: &Equation, frame: &Frame, recipe: Recipe) -> Result<Vec<Vec<Relation>>, SetError> {
     let j = jacobian_bounds(f, frame, recipe.jacobian, recipe.vectors)?;
-    rows_of(f, frame, &j, recipe)
-}
-
-fn rows_of(
-    f: &Equation,
-    frame: &Frame,
-    jacobian: &IntervalMatrix,
-    recipe: Recipe,
-) -> Result<Vec<Vec<Relation>>, SetError> {
-    let rows = relations(f, frame, jacobian, recipe.vectors)?;
-    Ok(match recipe.choose {
-        Choose::All => rows,
-        Choose::Argmin => rows.iter().map(|r| vec![narrowest(r).clone()]).collect(),
-    })
-}
-
-/// One relation a row, in all combinations.
-fn combinations(rows: &[Vec<Relation>]) -> Result<Vec<Vec<&Relation>>, SetError> {
-    let count: usize = rows.iter().map(Vec::len).product();
-    if count > MAX_IMAGES {
-        return Err(SetError::Range {
-            op: "combinations of all vectors of all rows",
-            what: "their number",
-            expected: "at most 1024 (choose = \"argmin\" has one)",
-            got: count as f64,
-        });
-    }
-    let mut all: Vec<Vec<&Relation>> = vec![Vec::new()];
-    for row in rows {
-        all = all
-            .iter()
-            .flat_map(|c| row.iter().map(move |r| [&c[..], &[r]].concat()))
-            .collect();
-    }
-    Ok(all)
-}
-
-/// { M x + g : x ∈ X, g_i ∈ remainder_i }.
-fn image(
-    set: &ConstrainedZonotope,
-    relations: &[&Relation],
-) -> Result<ConstrainedZonotope, SetError> {
-    let middle: Vec<f64> = relations.iter().map(|r| r.remainder.mid()).collect();
-    let sides: Vec<f64> = relations.iter().map(|r| r.remainder.rad()).collect();
-    set.affine_map(&linear_parts(relations), &middle)?
-        .plus_box(&sides)
-}
-
-/// The intersection of the images, each enlarged by W.
-fn intersection(
-    images: Vec<ConstrainedZonotope>,
-    w: &ConstrainedZonotope,
-    lp: &mut LinearProgram,
-) -> Result<PolytopeBelief, SetError> {
-    let enlarged = images.into_iter().map(|image| image.minkowski_sum(w));
-    let mut enlarged = enlarged.collect::<Result<Vec<_>, _>>()?;
-    if enlarged.len() == 1 {
-        let set = enlarged.remove(0);
-        return PolytopeBelief::new(set, Vec::new(), lp);
-    }
-    let mut all: Option<Polytope> = None;
-    for image in &enlarged {
-        let facets = if image.constraints() == 0 {
-            Polytope::of_zonotope(&without_flat_columns(image.zonotope())?)?
-        } else {
-            Polytope::enclosing_with(image, lp)?
-        };
-        all = Some(match all {
-            Some(so_far) => so_far.intersect(&facets)?,
-            None => facets,
-        });
-    }
-    let all = all.expect("every member has an image");
-    PolytopeBelief::known(all.simplified(lp)?, lp)
-}
-
-/// The zonotope with the boxes among its generators added up: columns along an axis become one.
-fn without_flat_columns(z: &Zonotope) -> Result<Zonotope, SetError> {
-    let n = z.dim();
-    let mut sides = vec![Interval::ZERO; n];
-    let mut kept: Vec<Vec<f64>> = Vec::new();
-    for j in 0..z.generators() {
-        let column = z.g().col(j);
-        let mut nonzero = (0..n).filter(|&i| column[i] != 0.0);
-        match (nonzero.next(), nonzero.next()) {
-            (None, _) => {}
-            (Some(i), None) => sides[i] = sides[i] + Interval::point(column[i].abs()),
-            _ => kept.push(column),
-        }
-    }
-    let p = kept.len();
-    let g = Matrix::from_fn(n, p + n, |i, j| {
-        if j < p {
-            kept[j][i]
-        } else if j - p == i {
-            sides[i].hi()
-        } else {
-            0.0
-        }
-    });
-    Zonotope::with_rounding(z.c().to_vec(), g, z.r().to_vec())
-}
-
-/// { z + w : z_i − M x ∈ remainder for every relation of row i, for one x ∈ P; w ∈ W }.
-fn lift(
-    f: &Equation,
-    from: &Polytope,
-    recipe: Recipe,
-    w: &ConstrainedZonotope,
-) -> Result<ConstrainedZonotope, SetError> {
-    let (n, hull) = (from.dim(), from.hull());
-    let frame = Frame::identity(hull);
-    let j = jacobian_bounds(f, &frame, recipe.jacobian, recipe.vectors)?;
-    let mut rows = rows_of(f, &frame, &j, recipe)?;
-    for (row, mean) in rows.iter_mut().zip(mean_value_relations(f, hull, &j)?) {
-        if !row.contains(&mean) {
-            row.push(mean);
-        }
-    }
-    let mut slabs = Vec::new();
-    let mut sides = Vec::with_capacity(2 * n);
-    sides.extend(hull.iter().copied());
-    for (i, row) in rows.iter().enumerate() {
-        let mut side: Option<Interval> = None;
-        for relation in row {
-            let reach = relation
-                .linear
-                .iter()
-                .zip(hull)
-                .filter(|(m, _)| **m != 0.0)
-                .fold(relation.remainder, |s, (&m, &x)| s + Interval::point(m) * x);
-            side = Some(match side {
-                // Both contain z_i, so they meet unless P is empty.
-                Some(known) => known.intersect(&reach).unwrap_or(known),
-                None => reach,
-            });
-            let mut normal: Vec<f64> = relation.linear.iter().map(|m| -m).collect();
-            normal.extend((0..n).map(|l| f64::from(l == i)));
-            slabs.push(Slab {
-                normal,
-                range: relation.remainder,
-            });
-        }
-        sides.push(side.expect("every row has a relation"));
-    }
-    for slab in from.slabs() {
-        let inclined = slab.normal.iter().filter(|a| **a != 0.0).count() > 1;
-        if inclined {
-            let mut normal = slab.normal.clone();
-            normal.resize(2 * n, 0.0);
-            slabs.push(Slab {
-                normal,
-                range: slab.range,
-            });
-        }
-    }
-    let both = ConstrainedZonotope::from_box(&IntervalVector::new(sides))?.within(&slabs)?;
-    let g = Matrix::from_fn(n, 2 * n, |i, j| both.g()[(n + i, j)]);
-    let z = Zonotope::new(both.c()[n..].to_vec(), g)?;
-    ConstrainedZonotope::with_slack(
-        z,
-        both.a().clone(),
-        both.b().to_vec(),
-        both.delta().to_vec(),
-    )?
-    .minkowski_sum(w)
+    chosen_relations(f, frame, &j, recipe)
 }
 
 fn is_identity(m: &Matrix) -> bool {

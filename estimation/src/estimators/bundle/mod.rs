@@ -13,11 +13,12 @@
 
 mod belief;
 mod filter;
+mod image;
 
 pub use belief::PolytopeBelief;
 
 use crate::estimator::{Estimator, Measurement, Phase};
-use crate::propagation::decomposition::{Choose, JacobianBounds, Vectors};
+use crate::propagation::decomposition::{Choose, JacobianBounds, Recipe, Vectors};
 use crate::{EstimationError, Problem};
 use filter::{Member, Method, PolytopeFilter};
 use serde::{Deserialize, Serialize};
@@ -65,14 +66,6 @@ pub struct PolytopeFilterSettings {
     /// `lift` only: `facets` up to three dimensions and `hull` above, unless given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub carry: Option<Carry>,
-}
-
-/// Which vectors, how many of them, and from which bounds of the Jacobian.
-#[derive(Clone, Copy, Debug)]
-struct Recipe {
-    vectors: Vectors,
-    choose: Choose,
-    jacobian: JacobianBounds,
 }
 
 impl PolytopeFilterSettings {
