@@ -154,6 +154,8 @@ impl Zonotope {
         let sums_v = v.abs_row_sums();
         let abs_c: Vec<f64> = self.c.iter().map(|x| x.abs()).collect();
         let extent: Vec<f64> = (0..n).map(|i| sums[i] + self.r[i] + ETA).collect();
+        // A product in K C that underflows is off by less than η/q, whatever K and C are, and x multiplies it.
+        let underflow = ETA * extent.iter().sum::<f64>();
         let under_m: Vec<f64> = (0..n)
             .map(|i| self.r[i] + gamma(n) * sums[i] + ETA)
             .collect();
@@ -171,7 +173,7 @@ impl Zonotope {
             .map(|i| {
                 let own = gamma(q + 1) * (extent[i] + abs_c[i]);
                 let bound = abs_dot(m.row(i), &under_m) + own + abs_dot(k.row(i), &under_k);
-                up(bound, n + q + 12)
+                up(bound + underflow, n + q + 12)
             })
             .collect();
         Self::checked(OP, center, g, r)
