@@ -25,6 +25,9 @@ const DEPENDENT: f64 = 1e-12;
 /// A coefficient this small beside the largest of its row does not count.
 const NEGLIGIBLE: f64 = 1e-9;
 
+/// Up to here reciprocals are normal numbers, hence rounded by less than u of themselves: 2¹⁰²².
+const LARGEST: f64 = 1.0 / f64::MIN_POSITIVE;
+
 /// A coordinate's range is left alone where it would shrink by less than this.
 const SHRINK: f64 = 1e-13;
 
@@ -241,9 +244,13 @@ fn confine(
         let a = row[j];
         let (x, y) = ends(a, e_lo[j], e_hi[j]);
         let (from, to) = (least - (high - y), most - (low - x));
-        // For a < 0 the two change places; for a = 0 nothing is known.
+        // For a < 0 the two change places; for a = 0 nothing is known, and a subnormal reciprocal is not.
         let (from, to) = if a >= 0.0 { (from, to) } else { (to, from) };
-        let inverse = if a == 0.0 { f64::NAN } else { 1.0 / a };
+        let inverse = if a == 0.0 || a.abs() > LARGEST {
+            f64::NAN
+        } else {
+            1.0 / a
+        };
         let (from, to) = (from * inverse, to * inverse);
         let from = from - (6.0 * U * from.abs() + ETA);
         let to = to + (6.0 * U * to.abs() + ETA);
