@@ -196,7 +196,8 @@ struct Reproduce {
     /// The lake [default: lake, with --quick lake-quick]
     #[arg(long)]
     lake: Option<PathBuf>,
-    /// Folder for the reports [default: reports below the current folder if it is there, else in the lake]
+    /// Folder for the reports [default: reports below the current folder if it is there and the lake
+    /// holds every paper, else in the lake]
     #[arg(long)]
     reports: Option<PathBuf>,
 }
@@ -416,17 +417,12 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
     for paper in &papers {
         engine::write_timing_comparison(&lake, paper, &finished)?;
     }
-    let reports = options.reports.clone().unwrap_or_else(|| {
-        // Only the whole of the published run belongs on the committed pages.
-        let here = PathBuf::from("reports");
-        if !options.quick && here.is_dir() {
-            here
-        } else {
-            lake.join("reports")
-        }
-    });
-    report::write(&lake, &reports)?;
     let entries = lake::read_manifest(&lake)?;
+    let reports = match &options.reports {
+        Some(folder) => folder.clone(),
+        None => reports_folder(&lake, &entries, options.quick),
+    };
+    report::write(&lake, &reports)?;
     let violations = lake::violations(&lake, &entries)?;
     log_run(&lake, "reproduce-all", start, &finished)?;
     let errors = summary(&lake, &reports, options.quick, verbosity)?;
@@ -443,6 +439,24 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
         ))?;
     }
     Ok(u8::from(errors > 0 || !violations.is_empty()))
+}
+
+/// `reports` below the current folder where it is there and this lake may be shown in it, else in the lake.
+fn reports_folder(lake: &Path, entries: &[lake::Entry], quick: bool) -> PathBuf {
+    let here = PathBuf::from("reports");
+    if !quick && here.is_dir() && has_every_paper(entries) {
+        here
+    } else {
+        lake.join("reports")
+    }
+}
+
+/// True if every paper is compared: the committed front page sums them all up, which a lake of some of them cannot.
+fn has_every_paper(entries: &[lake::Entry]) -> bool {
+    papers::names().iter().all(|paper| {
+        let table = lake::paper_table_path("comparison", paper);
+        entries.iter().any(|entry| entry.path == table)
+    })
 }
 
 /// Prints the matrix of verdicts and where to look; returns the number of cells in error.
@@ -749,4 +763,27 @@ fn verify(lake: &Path) -> Result<u8, Error> {
     };
     print(&out)?;
     Ok(u8::from(!findings.is_empty()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::has_every_paper;
+    use crate::{lake, papers};
+
+    #[test]
+    fn a_lake_of_some_papers_is_not_for_the_committed_pages() {
+        let compared = |paper: &&str| lake::Entry {
+            path: lake::paper_table_path("comparison", paper),
+            table: "comparison".to_owned(),
+            bytes: 0,
+            blake3: String::new(),
+            rows: Some(1),
+            schema_version: None,
+            key: String::new(),
+        };
+        let mut entries: Vec<lake::Entry> = papers::names().iter().map(compared).collect();
+        assert!(has_every_paper(&entries));
+        entries.pop();
+        assert!(!has_every_paper(&entries));
+    }
 }

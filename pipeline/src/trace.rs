@@ -25,6 +25,8 @@
 
 mod layout;
 mod messages;
+mod plane;
+mod scene;
 mod schemas;
 mod space;
 
@@ -33,19 +35,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Seek, Write};
 
 use mcap::records::{MessageHeader, Metadata};
-use prost::Message;
-use prost_types::{Duration, Timestamp};
+use prost_types::Timestamp;
 use thiserror::Error;
 
 pub use layout::{Topics, View, layout_json};
 pub use schemas::schema;
 
-use layout::with_unit;
-use messages::{
-    Color, DELETE_ALL, KeyValuePair, LINE_LOOP, LINE_STRIP, LOG_WARNING, LinePrimitive, Log,
-    Point3, Pose, PoseInFrame, SceneEntity, SceneEntityDeletion, SceneUpdate, StepMetrics,
-    TriangleListPrimitive,
-};
+use messages::Point3;
+use plane::{Plane, Window};
+use scene::{metrics, path_scene, pose, set_scene, strip_scene, tube_scenes, warning, zonotope};
 
 /// One run of one estimator.
 #[derive(Clone, Debug, Default)]
@@ -188,9 +186,6 @@ pub enum TraceError {
 /// machine may enter, and not zero, which viewers take for "no time".
 pub const EPOCH_S: u64 = 946_684_800;
 
-/// How many outlines a tube shows.
-const TUBE_LENGTH: usize = 10;
-
 /// Bytes of a chunk before compression: what a viewer reads to show one moment.
 const CHUNK_BYTES: u64 = 512 * 1024;
 
@@ -204,16 +199,6 @@ const RUN_INFO: &str = "zonobench.RunInfo";
 /// What the viewers know of `/run/info`. They walk the properties of every object, so each has some,
 /// be it none.
 const RUN_INFO_SCHEMA: &str = r#"{"title":"zonobench.RunInfo","type":"object","properties":{"components":{"type":"array","items":{"type":"object","properties":{"name":{"type":"string"},"unit":{"type":"string"}}}},"dt_s":{"type":"number"},"estimator":{"type":"string"},"experiment":{"type":"string"},"guaranteed":{"type":"boolean"},"kind":{"type":"string"},"metadata":{"type":"object","properties":{}},"paper":{"type":"string"},"steps":{"type":"integer"}}}"#;
-
-/// Orange, sky blue, green, vermilion: told apart by people who see few colours, on light and dark.
-const TRUTH_COLOR: Color = color(0.902, 0.624, 0.0, 1.0);
-const SET_COLOR: Color = color(0.337, 0.706, 0.914, 1.0);
-const STRIP_COLOR: Color = color(0.0, 0.62, 0.451, 1.0);
-const ALARM_COLOR: Color = color(0.835, 0.369, 0.0, 1.0);
-
-const fn color(r: f64, g: f64, b: f64, a: f64) -> Color {
-    Color { r, g, b, a }
-}
 
 /// Writes `trace` to `out` as MCAP.
 ///
@@ -457,218 +442,6 @@ fn topic_segment(id: &str) -> String {
     segment
 }
 
-/// What a set is drawn over: two components, or one over time.
-struct Plane {
-    /// Twice the same component where it is drawn over time
-    axes: (usize, usize),
-    /// What the topics' names end with
-    suffix: String,
-    frame: String,
-    title: String,
-}
-
-impl Plane {
-    /// The planes of a state with the components `names`; `axes` are the pairs asked for. Without any,
-    /// neighbours are paired: (0, 1), (2, 3), …, and a last one that is left over with the one before it.
-    fn all(names: &[(String, String)], axes: &[(usize, usize)]) -> Vec<Plane> {
-        let n = names.len();
-        if n == 1 {
-            let (name, unit) = &names[0];
-            return vec![Plane {
-                axes: (0, 0),
-                suffix: String::new(),
-                frame: "world".to_owned(),
-                title: format!("time in s, {}", with_unit(name, unit)),
-            }];
-        }
-        let neighbours = || {
-            let mut pairs: Vec<_> = (1..n).step_by(2).map(|i| (i - 1, i)).collect();
-            if n % 2 == 1 && n > 1 {
-                pairs.push((n - 2, n - 1));
-            }
-            pairs
-        };
-        let pairs = if axes.is_empty() {
-            neighbours()
-        } else {
-            axes.to_vec()
-        };
-        let alone = n == 2 && pairs.len() == 1;
-        pairs
-            .into_iter()
-            .map(|(i, j)| {
-                let pair = format!(
-                    "{}_{}",
-                    topic_segment(&names[i].0),
-                    topic_segment(&names[j].0)
-                );
-                Plane {
-                    axes: (i, j),
-                    suffix: if alone {
-                        String::new()
-                    } else {
-                        format!("_{pair}")
-                    },
-                    frame: if alone { "world".to_owned() } else { pair },
-                    title: format!(
-                        "{}, {}",
-                        with_unit(&names[i].0, &names[i].1),
-                        with_unit(&names[j].0, &names[j].1)
-                    ),
-                }
-            })
-            .collect()
-    }
-
-    fn over_time(&self) -> bool {
-        self.axes.0 == self.axes.1
-    }
-
-    fn point(&self, elapsed_s: f64, x: &[f64]) -> Option<Point3> {
-        let first = if self.over_time() {
-            elapsed_s
-        } else {
-            x[self.axes.0]
-        };
-        drawn([first, x[self.axes.1]])
-    }
-
-    /// The outline of the step's set, at least three points; None where there is nothing finite to draw.
-    fn set(&self, step: &TraceStep, dt_s: f64) -> Option<Vec<Point3>> {
-        let outline = step.outlines.iter().find(|o| o.axes == self.axes);
-        if let Some(outline) = outline {
-            return polygon(&outline.polygon);
-        }
-        let (lower, upper) = (step.lower.as_ref()?, step.upper.as_ref()?);
-        let (i, j) = self.axes;
-        let (left, right) = if self.over_time() {
-            let t = step.k as f64 * dt_s;
-            (t, t + dt_s)
-        } else {
-            (lower[i], upper[i])
-        };
-        rectangle([left, lower[j]], [right, upper[j]])
-    }
-
-    /// The part of `window` in which row · x + v = y for some v in the noise; None where the row
-    /// depends on what the plane does not show.
-    fn strip(
-        &self,
-        row: &MeasurementRow,
-        y: f64,
-        elapsed_s: f64,
-        dt_s: f64,
-        window: &Window,
-    ) -> Option<Vec<Point3>> {
-        let (i, j) = self.axes;
-        let others = row
-            .row
-            .iter()
-            .enumerate()
-            .filter(|(l, _)| *l != i && *l != j);
-        let (low, high) = (y - row.noise.1, y - row.noise.0);
-        if others.into_iter().any(|(_, c)| *c != 0.0) || low.is_nan() || high.is_nan() || low > high
-        {
-            return None;
-        }
-        if self.over_time() {
-            let (a, b) = (low / row.row[j], high / row.row[j]);
-            return rectangle([elapsed_s, a.min(b)], [elapsed_s + dt_s, a.max(b)]);
-        }
-        let c = [row.row[i], row.row[j]];
-        let below = clip(&window.corners()?, c, high);
-        polygon(&clip(&below, [-c[0], -c[1]], -low))
-    }
-}
-
-/// The points of `polygon` with c · p ≤ bound (Sutherland and Hodgman, one edge).
-fn clip(polygon: &[[f64; 2]], c: [f64; 2], bound: f64) -> Vec<[f64; 2]> {
-    let excess = |p: [f64; 2]| c[0] * p[0] + c[1] * p[1] - bound;
-    let mut inside = Vec::new();
-    for (i, &p) in polygon.iter().enumerate() {
-        let q = polygon[(i + 1) % polygon.len()];
-        let (at_p, at_q) = (excess(p), excess(q));
-        if at_p <= 0.0 {
-            inside.push(p);
-        }
-        if (at_p < 0.0 && at_q > 0.0) || (at_p > 0.0 && at_q < 0.0) {
-            let s = at_p / (at_p - at_q);
-            inside.push([p[0] + s * (q[0] - p[0]), p[1] + s * (q[1] - p[1])]);
-        }
-    }
-    inside
-}
-
-/// A point as it is drawn, None where it is not finite. Viewers draw in single precision; rounding to it
-/// here halves the files. The numbers themselves are in the metrics and the zonotope, unrounded.
-fn drawn(p: [f64; 2]) -> Option<Point3> {
-    let [x, y] = p.map(|v| f64::from(v as f32));
-    (x.is_finite() && y.is_finite()).then_some(Point3 { x, y, z: 0.0 })
-}
-
-/// The polygon as it is drawn: None where a vertex is not finite or it is a mere point; a segment gets
-/// its middle as a third point, since viewers leave out lines of two.
-fn polygon(vertices: &[[f64; 2]]) -> Option<Vec<Point3>> {
-    let mut points = vertices
-        .iter()
-        .map(|v| drawn(*v))
-        .collect::<Option<Vec<_>>>()?;
-    if let [a, b] = points[..] {
-        let middle = drawn([(a.x + b.x) / 2.0, (a.y + b.y) / 2.0])?;
-        points.insert(1, middle);
-    }
-    (points.len() >= 3).then_some(points)
-}
-
-fn rectangle(low: [f64; 2], high: [f64; 2]) -> Option<Vec<Point3>> {
-    if !(low[0] <= high[0] && low[1] <= high[1]) {
-        return None;
-    }
-    polygon(&[low, [high[0], low[1]], high, [low[0], high[1]]])
-}
-
-/// A rectangle that grows around what is drawn.
-struct Window {
-    low: [f64; 2],
-    high: [f64; 2],
-}
-
-impl Window {
-    fn empty() -> Self {
-        Window {
-            low: [f64::INFINITY; 2],
-            high: [f64::NEG_INFINITY; 2],
-        }
-    }
-
-    fn include(&mut self, p: Point3) {
-        for (i, v) in [p.x, p.y].into_iter().enumerate() {
-            self.low[i] = self.low[i].min(v);
-            self.high[i] = self.high[i].max(v);
-        }
-    }
-
-    fn corners(&self) -> Option<[[f64; 2]; 4]> {
-        let ([left, bottom], [right, top]) = (self.low, self.high);
-        (left <= right).then_some([[left, bottom], [right, bottom], [right, top], [left, top]])
-    }
-
-    /// All of it with a tenth to spare, one unit at least.
-    fn view(&self) -> View {
-        if self.corners().is_none() {
-            return View {
-                center: [0.0, 0.0],
-                height: 20.0,
-            };
-        }
-        let size = (self.high[0] - self.low[0]).max(self.high[1] - self.low[1]);
-        View {
-            center: [0, 1].map(|i| (self.low[i] + self.high[i]) / 2.0),
-            height: 1.1 * if size > 0.0 { size } else { 1.0 },
-        }
-    }
-}
-
 /// The messages of a file before they are written, topic by topic.
 struct Recording {
     topics: Vec<Topic>,
@@ -782,229 +555,6 @@ impl Recording {
         }
         Ok(())
     }
-}
-
-fn encoded(at: Moment, message: &impl Message) -> (u64, Vec<u8>) {
-    (at.nanoseconds, message.encode_to_vec())
-}
-
-fn entity(plane: &Plane, at: Moment, id: &str) -> SceneEntity {
-    SceneEntity {
-        timestamp: at.timestamp(),
-        frame_id: plane.frame.clone(),
-        id: id.to_owned(),
-        ..SceneEntity::default()
-    }
-}
-
-fn line(points: Vec<Point3>, r#type: i32, thickness: f64, color: Color) -> LinePrimitive {
-    LinePrimitive {
-        r#type,
-        pose: Some(Pose::at(0.0, 0.0)),
-        thickness,
-        scale_invariant: true,
-        points,
-        color: Some(color),
-    }
-}
-
-/// The convex polygon as triangles around its first vertex.
-fn fill(points: Vec<Point3>, color: Color) -> TriangleListPrimitive {
-    let last = u32::try_from(points.len()).expect("a polygon has few vertices");
-    TriangleListPrimitive {
-        pose: Some(Pose::at(0.0, 0.0)),
-        indices: (2..last).flat_map(|i| [0, i - 1, i]).collect(),
-        points,
-        color: Some(color),
-    }
-}
-
-/// A scene of these entities; without any, one that clears what the topic drew before.
-fn scene(at: Moment, entities: Vec<SceneEntity>) -> (u64, Vec<u8>) {
-    let deletions = if entities.is_empty() {
-        vec![SceneEntityDeletion {
-            timestamp: at.timestamp(),
-            r#type: DELETE_ALL,
-            id: String::new(),
-        }]
-    } else {
-        Vec::new()
-    };
-    encoded(
-        at,
-        &SceneUpdate {
-            deletions,
-            entities,
-        },
-    )
-}
-
-fn path_scene(trace: &Trace, plane: &Plane, at: Moment) -> Option<(u64, Vec<u8>)> {
-    let points = trace.path(plane);
-    if points.len() < 3 {
-        return None;
-    }
-    let mut path = entity(plane, at, "path");
-    path.lines = vec![line(points, LINE_STRIP, 2.0, TRUTH_COLOR)];
-    Some(scene(at, vec![path]))
-}
-
-fn pose(plane: &Plane, at: Moment, x: &[f64]) -> Option<(u64, Vec<u8>)> {
-    let p = plane.point(at.elapsed_s, x)?;
-    let pose = PoseInFrame {
-        timestamp: at.timestamp(),
-        frame_id: plane.frame.clone(),
-        pose: Some(Pose::at(p.x, p.y)),
-    };
-    Some(encoded(at, &pose))
-}
-
-fn set_scene(trace: &Trace, plane: &Plane, step: &TraceStep, at: Moment) -> (u64, Vec<u8>) {
-    let Some(points) = plane.set(step, trace.dt_s) else {
-        return scene(at, Vec::new());
-    };
-    let color = if step.status == "ok" {
-        SET_COLOR
-    } else {
-        ALARM_COLOR
-    };
-    let mut outline = entity(plane, at, "outline");
-    outline.lines = vec![line(points.clone(), LINE_LOOP, 2.0, color)];
-    outline.metadata = step
-        .metrics
-        .iter()
-        .filter_map(|(name, value)| {
-            let key = match name.as_str() {
-                "n_generators" | "n_constraints" => name.clone(),
-                "radius" | "error" => trace.with_common_unit(name),
-                _ => return None,
-            };
-            let value = value.to_string();
-            Some(KeyValuePair { key, value })
-        })
-        .collect();
-    let mut area = entity(plane, at, "fill");
-    area.triangles = vec![fill(points, Color { a: 0.2, ..color })];
-    scene(at, vec![outline, area])
-}
-
-/// At each step the outlines of the last [`TUBE_LENGTH`] steps, the older the fainter.
-fn tube_scenes(trace: &Trace, plane: &Plane, moments: &[Moment]) -> Vec<(u64, Vec<u8>)> {
-    let sets: Vec<_> = trace
-        .steps
-        .iter()
-        .map(|s| plane.set(s, trace.dt_s))
-        .collect();
-    let scenes = moments.iter().enumerate().map(|(last, at)| {
-        let first = (last + 1).saturating_sub(TUBE_LENGTH);
-        let lines: Vec<_> = (first..=last)
-            .filter_map(|i| {
-                let age = (last - i) as f64 / TUBE_LENGTH as f64;
-                let color = Color {
-                    a: 0.6 - 0.5 * age,
-                    ..SET_COLOR
-                };
-                Some(line(sets[i].clone()?, LINE_LOOP, 1.0, color))
-            })
-            .collect();
-        if lines.is_empty() {
-            return scene(*at, Vec::new());
-        }
-        let mut tube = entity(plane, *at, "tube");
-        tube.lines = lines;
-        scene(*at, vec![tube])
-    });
-    scenes.collect()
-}
-
-fn strip_scene(
-    trace: &Trace,
-    plane: &Plane,
-    step: &TraceStep,
-    at: Moment,
-    window: &Window,
-) -> Option<(u64, Vec<u8>)> {
-    let period = (trace.dt_s * 1e9).round() as i64;
-    let lifetime = Duration {
-        seconds: period / 1_000_000_000,
-        nanos: (period % 1_000_000_000) as i32,
-    };
-    let measured = trace
-        .measurement_rows
-        .iter()
-        .zip(step.measurement.as_ref()?);
-    let strips: Vec<_> = measured
-        .filter_map(|(row, y)| {
-            let points = plane.strip(row, (*y)?, at.elapsed_s, trace.dt_s, window)?;
-            let mut strip = entity(plane, at, &format!("strip_{}", row.name));
-            strip.lifetime = Some(lifetime);
-            strip.lines = vec![line(points.clone(), LINE_LOOP, 1.0, STRIP_COLOR)];
-            strip.triangles = vec![fill(
-                points,
-                Color {
-                    a: 0.15,
-                    ..STRIP_COLOR
-                },
-            )];
-            Some(strip)
-        })
-        .collect();
-    (!strips.is_empty()).then(|| scene(at, strips))
-}
-
-fn metrics(step: &TraceStep, at: Moment) -> (u64, Vec<u8>) {
-    let measured = step.measurement.as_ref();
-    let mut metrics = StepMetrics {
-        timestamp: at.timestamp(),
-        k: step.k as u64,
-        status: step.status.clone(),
-        center: step.center.clone(),
-        lower: step.lower.clone().unwrap_or_default(),
-        upper: step.upper.clone().unwrap_or_default(),
-        truth: step.truth.clone().unwrap_or_default(),
-        measurement: measured.map_or_else(Vec::new, |y| {
-            y.iter().map(|v| v.unwrap_or(f64::NAN)).collect()
-        }),
-        ..StepMetrics::default()
-    };
-    for (name, value) in &step.metrics {
-        metrics.set(name, *value);
-    }
-    encoded(at, &metrics)
-}
-
-fn zonotope(step: &TraceStep, at: Moment) -> Option<(u64, Vec<u8>)> {
-    let z = step.zonotope.as_ref()?;
-    let count = |size: usize| {
-        u32::try_from(size).expect("a list that fits in memory has fewer than 2^32 values")
-    };
-    let message = messages::Zonotope {
-        timestamp: at.timestamp(),
-        k: step.k as u64,
-        center: z.center.clone(),
-        generators: z.generators.clone(),
-        n: count(z.n),
-        m: count(z.m),
-    };
-    Some(encoded(at, &message))
-}
-
-fn warning(trace: &Trace, step: &TraceStep, at: Moment) -> Option<(u64, Vec<u8>)> {
-    let what = match step.status.as_str() {
-        "ok" => return None,
-        "inconsistent" => {
-            "no state fits both the model and the measurement (inconsistent)".to_owned()
-        }
-        "refused" => "the estimator refuses to go on".to_owned(),
-        other => other.to_owned(),
-    };
-    let log = Log {
-        timestamp: at.timestamp(),
-        level: LOG_WARNING,
-        message: format!("k = {}: {what}", step.k),
-        name: trace.estimator.clone(),
-    };
-    Some(encoded(at, &log))
 }
 
 #[cfg(test)]

@@ -6,8 +6,9 @@
 
 use serde_json::{Map, Value, json};
 
+use super::plane::Plane;
 use super::space::{FRAME, is_in_space};
-use super::{Plane, topic_segment};
+use super::topic_segment;
 
 /// What there is to show.
 #[derive(Clone, Debug, Default)]

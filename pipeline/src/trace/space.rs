@@ -4,11 +4,12 @@
 //! Topics in the frame `space`: `/truth/path_space`, `/truth/pose_space`, `/estimate/<id>/box_space` (the hull of
 //! each step in place of the one before) and `/estimate/<id>/boxes_space` (one of every hundred steps, which stay).
 
-use super::messages::{LinePrimitive, Point3, Pose, PoseInFrame, Quaternion, SceneEntity, Vector3};
-use super::{
-    ALARM_COLOR, LINE_LOOP, LINE_STRIP, Moment, POSE, SCENE, SET_COLOR, TRUTH_COLOR, Topic, Trace,
-    TraceStep, encoded, line, scene, topic_segment,
+use super::messages::{
+    LINE_LOOP, LINE_STRIP, LinePrimitive, Point3, Pose, PoseInFrame, Quaternion, SceneEntity,
+    Vector3,
 };
+use super::scene::{ALARM_COLOR, SET_COLOR, TRUTH_COLOR, encoded, line, scene};
+use super::{Moment, POSE, SCENE, Topic, Trace, TraceStep, topic_segment};
 
 /// The frame of the three positions.
 pub(super) const FRAME: &str = "space";

@@ -5,8 +5,13 @@ use prost::Message;
 use prost::bytes::Buf;
 use prost::encoding::{WireType, decode_key, decode_varint};
 use prost_types::field_descriptor_proto::{Label, Type};
-use prost_types::{DescriptorProto, FileDescriptorSet};
+use prost_types::{DescriptorProto, Duration, FileDescriptorSet};
 
+use super::messages::{
+    DELETE_ALL, LINE_LOOP, LOG_WARNING, Log, PoseInFrame, SceneUpdate, StepMetrics,
+};
+use super::plane::{clip, polygon};
+use super::scene::TUBE_LENGTH;
 use super::*;
 
 /// A turning state, its box widened by a corner cut off, and a measurement of the first component.
