@@ -40,6 +40,10 @@ review:
 check:
     .ci/run --local
 
+# The bits of every estimator against snapshots/bits.txt: release, opt-level 1, x86-64-v3 (a minute or two each)
+bits:
+    .ci/bits
+
 # Times of the costly operations, at the sizes that the papers use
 bench *ARGS:
     cargo bench -p zonobench-sets -p zonobench-estimation --bench '*' -- {{ ARGS }}

@@ -130,7 +130,7 @@ impl Zonotope {
     /// r' = ⌈|M| r + γ_n |M| (|G| 1) + γ_{q+1} (I + |K| |C|)(|G| 1 + r) + |K| r_v + γ_q |K| (|G_v| 1)
     ///      + γ_{q+1} (|c| + |K| |e|) + |K| γ_{n+2} (|y| + |C| |c| + |c_v|)⌉.
     ///
-    /// The third term is there because M is not I − K C. Fails with `Dimension` or `NotFinite`.
+    /// The third term is there because M is not I − K C; η 1ᵀ(|G| 1 + r) beside it where K C underflows. Fails with `Dimension` or `NotFinite`.
     pub fn update(&self, k: &Matrix, c: &Matrix, y: &[f64], v: &Self) -> Result<Self, SetError> {
         const OP: &str = "update of a zonotope by a gain";
         let (n, q) = (self.dim(), v.dim());
