@@ -44,8 +44,12 @@ check:
 bits:
     .ci/bits
 
-# Times of the costly operations, at the sizes that the papers use
+# Beside other tools on the same sets, two minutes (--ours: none installed; --record: writes reports/peers.csv)
 bench *ARGS:
+    benches/peers/run {{ ARGS }}
+
+# Times of the costly operations, at the sizes that the papers use
+criterion *ARGS:
     cargo bench -p zonobench-sets -p zonobench-estimation --bench '*' -- {{ ARGS }}
 
 # Hostile linear programs and reductions against exact arithmetic, for so many seconds from this seed

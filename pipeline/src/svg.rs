@@ -6,6 +6,7 @@
 //! description for those who cannot see it, and colours that people who see few of them tell apart.
 
 mod axis;
+pub mod bars;
 mod path;
 
 use axis::{Scale, Tick};

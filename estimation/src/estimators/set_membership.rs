@@ -184,6 +184,12 @@ impl ZonotopeBelief {
     }
 }
 
+impl From<Zonotope> for ZonotopeBelief {
+    fn from(set: Zonotope) -> Self {
+        Self { set }
+    }
+}
+
 fn radius(hull: Option<&IntervalVector>) -> Option<f64> {
     hull.map(|hull| hull.rad().into_iter().fold(0.0, f64::max))
 }
@@ -272,6 +278,12 @@ impl ConstrainedBelief {
             Some(hull) => Ok(hull.clone()),
             None => self.set.interval_hull(),
         }
+    }
+}
+
+impl From<ConstrainedZonotope> for ConstrainedBelief {
+    fn from(set: ConstrainedZonotope) -> Self {
+        Self::new(set, Work::default())
     }
 }
 

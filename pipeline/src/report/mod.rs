@@ -8,7 +8,7 @@
 //! `model` is what there is to say, `front` and `page` write it as Markdown, `html` as a page for a browser.
 //!
 //! The same lake gives the same Markdown: no time, host or path of this machine is on a page. Measured times
-//! come from the recorded `timings.csv` beside the pages alone, never from the lake.
+//! come from the recorded `timings.csv` and `peers.csv` beside the pages alone, never from the lake.
 
 mod about;
 mod complexity;
@@ -17,6 +17,7 @@ mod html;
 mod markdown;
 mod model;
 mod page;
+mod peers;
 mod source;
 mod timings;
 pub(crate) mod verdict;
@@ -26,6 +27,7 @@ mod tests;
 
 use crate::error::Error;
 use about::Figure;
+use peers::PeerRow;
 use source::{Held, Source};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -36,13 +38,18 @@ pub const HTML: &str = "html/index.html";
 
 /// Writes the reports of everything that `lake` holds into `out`; returns the number of files.
 ///
-/// Recorded times are read from `out/timings.csv` where it exists. Files that are already as they should
+/// Recorded times are read from `out/timings.csv` and `out/peers.csv` where they exist. Files that are already as they should
 /// be are left alone, and so is everything else in `out`.
 pub fn write(lake: &Path, out: &Path) -> Result<usize, Error> {
     let source = Source::open(lake)?;
     let papers = drawn(&source)?;
-    let mut pages = render(&source, &papers, &timings::read(&out.join("timings.csv"))?)?;
-    let (own, page) = (HTML.to_owned(), html::render(lake, &source, &papers)?);
+    let peers = peers::read(&out.join("peers.csv"))?;
+    let times = timings::read(&out.join("timings.csv"))?;
+    let mut pages = render(&source, &papers, &times, &peers)?;
+    let (own, page) = (
+        HTML.to_owned(),
+        html::render(lake, &source, &papers, &peers)?,
+    );
     pages.insert(own, page);
     for (name, text) in &pages {
         let path = out.join(name);
@@ -73,9 +80,15 @@ fn render(
     source: &Source,
     papers: &[(Held, Vec<Figure>)],
     times: &[RecordedTime],
+    peers: &[PeerRow],
 ) -> Result<BTreeMap<String, String>, Error> {
     let held: Vec<&Held> = papers.iter().map(|(held, _)| held).collect();
-    let mut pages = BTreeMap::from([("README.md".to_owned(), front::page(&held))]);
+    let front = front::page(&held) + &peers::pointer(peers);
+    let mut pages = BTreeMap::from([("README.md".to_owned(), front)]);
+    if !peers.is_empty() {
+        pages.insert("peers.md".to_owned(), peers::page(peers));
+        pages.insert(peers::CHART.to_owned(), peers::chart(peers));
+    }
     for (held, figures) in papers {
         for (name, text) in page::of(source, held, figures, times)? {
             pages.insert(format!("{}/{name}", held.name), text);

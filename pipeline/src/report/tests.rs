@@ -90,7 +90,7 @@ fn own(text: &str) -> TempDir {
 
 fn with_times(lake: &TempDir, times: &[RecordedTime]) -> BTreeMap<String, String> {
     let source = Source::open(lake.path()).unwrap();
-    render(&source, &drawn(&source).unwrap(), times).unwrap()
+    render(&source, &drawn(&source).unwrap(), times, &[]).unwrap()
 }
 
 fn pages(lake: &TempDir) -> BTreeMap<String, String> {
@@ -348,7 +348,7 @@ fn times_are_those_recorded_and_no_others() {
 
 fn html(lake: &TempDir) -> String {
     let source = Source::open(lake.path()).unwrap();
-    html::render(lake.path(), &source, &drawn(&source).unwrap()).unwrap()
+    html::render(lake.path(), &source, &drawn(&source).unwrap(), &[]).unwrap()
 }
 
 /// What stands between `start` and `end`, each time.

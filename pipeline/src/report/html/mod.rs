@@ -14,6 +14,7 @@ mod paper;
 
 use crate::error::Error;
 use crate::report::about::{self, Figure};
+use crate::report::peers::{self, PeerRow};
 use crate::report::source::{Held, Source};
 use markup::{escaped, place};
 use serde_json::{Map, Value, json};
@@ -37,6 +38,7 @@ pub fn render(
     lake: &Path,
     source: &Source,
     papers: &[(Held, Vec<Figure>)],
+    peers: &[PeerRow],
 ) -> Result<String, Error> {
     let held: Vec<&Held> = papers.iter().map(|(held, _)| held).collect();
     let measured = lake_tables::read(lake)?;
@@ -55,6 +57,13 @@ pub fn render(
     let times = methods::times(lake)?;
     pages.push(methods::ranking(source, &held, &times)?);
     pages.push(methods::real_time(lake, &held, &times)?);
+    if !peers.is_empty() {
+        pages.push(Page {
+            place: "peers".to_owned(),
+            name: "Other tools".to_owned(),
+            body: peers::html(peers),
+        });
+    }
     pages.push(lake_tables::page(&measured));
     pages.push(front::how_to_read());
     Ok(document(&pages, &experiments(&held)))
