@@ -40,6 +40,10 @@ review:
 check:
     .ci/run --local
 
+# The bits of every estimator against snapshots/bits.txt: release, opt-level 1, x86-64-v3 (a minute or two each)
+bits:
+    .ci/bits
+
 # Beside other tools on the same sets, two minutes (--ours: none installed; --record: writes reports/peers.csv)
 bench *ARGS:
     benches/peers/run {{ ARGS }}

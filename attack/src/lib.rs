@@ -11,6 +11,7 @@
 //! the number of threads.
 
 mod adversary;
+mod bits;
 mod campaign;
 mod cases;
 pub mod hulls;
@@ -19,6 +20,7 @@ mod strips;
 mod targets;
 
 pub use adversary::Attack;
+pub use bits::bits;
 pub use campaign::{Counts, attack};
 pub use cases::{Case, cases};
 pub use rate::clopper_pearson_upper;

@@ -2,6 +2,14 @@
 //!
 //! This crate knows no files, and no estimator here can see the truth: the simulator makes it, and
 //! only the pipeline's judge holds it beside an estimator's beliefs.
+//!
+//! # What "guaranteed" means
+//!
+//! Where [`Estimator::guaranteed`] is true: if x_0 lies in the prior's set and every w_k, v_k in its set, if the
+//! system is exactly this one with its f64 parameters, and if y_k and u_k are exactly the f64 numbers that came
+//! in, then x_k lies in the set of every step k, in exact arithmetic; and [`EstimationError::Inconsistent`] is said only where one
+//! of these assumptions is false. Every rounding of the estimator is carried outward. [`proof`] says why, step by
+//! step, [`zonobench_sets::proof`] for the operations on sets, and what is not covered.
 
 #![cfg_attr(test, allow(clippy::disallowed_methods))] // tests may compare with the platform's
 
@@ -13,6 +21,8 @@ pub mod estimators;
 pub mod online;
 pub mod outline;
 pub mod problem;
+#[doc = include_str!("proof.md")]
+pub mod proof {}
 pub mod propagation;
 pub mod random;
 pub mod signal;

@@ -333,6 +333,43 @@ impl Function for Product {
     }
 }
 
+/// η(z) = 2⁻¹⁰⁰⁰ z₁ z₂.
+struct Faint;
+
+impl Function for Faint {
+    fn inputs(&self) -> usize {
+        2
+    }
+    fn outputs(&self) -> usize {
+        1
+    }
+    fn evaluate<S: Real>(&self, x: &[S], y: &mut [S]) {
+        y[0] = x[0] * x[1] * libm::exp2(-1000.0);
+    }
+}
+
+#[test]
+fn a_product_that_underflows_before_a_huge_generator_is_charged() {
+    // Q g₂ = 2⁻¹⁰⁷⁶ is computed as 0, and g₁ = 2²⁰⁰ multiplies it: the image of ξ = (1, 1) is 2⁻⁸⁷⁶.
+    let sizes = [200.0, -76.0].map(libm::exp2);
+    let z: ConstrainedZonotope = Zonotope::new(vec![0.0; 2], Matrix::diagonal(&sizes))
+        .unwrap()
+        .into();
+    let over = z.interval_hull().unwrap();
+    for expansion in [Expansion::Full, Expansion::Lean] {
+        let set = first_order_about(
+            &Faint,
+            &z,
+            &over,
+            &[0.0, 0.0],
+            Remainder::Symmetric,
+            expansion,
+        );
+        let bound = set.unwrap().support(&[1.0]).unwrap();
+        assert!(bound >= libm::exp2(-876.0), "{bound:e}");
+    }
+}
+
 #[test]
 fn the_printed_remainder_loses_half_of_an_image_and_the_symmetric_one_nothing() {
     let z = ConstrainedZonotope::new(

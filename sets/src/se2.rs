@@ -52,7 +52,7 @@ impl Angle for f64 {
 const LEAST_SINC: f64 = -0.217_233_628_211_222;
 
 impl Angle for Interval {
-    /// sinc falls from 1 at 0 to 0 at π; beyond π it is bounded by its least value and by 1/π.
+    /// sinc falls from 1 at 0 to 0 at π; beyond π it lies between its least value and 1/π, as |sin s/s| ≤ 1/s.
     fn sinc(self) -> Self {
         let at = |x: f64| match x {
             0.0 => Self::ONE,
@@ -66,8 +66,8 @@ impl Angle for Interval {
         if s.hi() <= PI {
             return range(s.lo(), s.hi());
         }
-        // PI lies below π, and sinc(PI) above 0.
-        let beyond = Self::trusted(LEAST_SINC, at(PI).hi());
+        // PI lies below π, so that 1/PI is above 1/π.
+        let beyond = Self::trusted(LEAST_SINC, (Self::ONE / Self::point(PI)).hi());
         if s.lo() <= PI {
             range(s.lo(), PI).hull(&beyond)
         } else {
@@ -77,9 +77,13 @@ impl Angle for Interval {
     }
     /// Falls from 1 at 0 to −∞ at 2π; the whole line from 2π on.
     fn half_cot(self) -> Self {
-        let at = |x: f64| match 0.5 * x {
-            0.0 => Self::ONE,
-            h => Self::point(h) * Self::point(h).cos() / Self::point(h).sin(),
+        let at = |x: f64| {
+            if x == 0.0 {
+                return Self::ONE;
+            }
+            // Half of the smallest f64 is none: an interval that reaches 0, where the quotient says nothing.
+            let h = Self::point(x) * 0.5;
+            h * h.cos() / h.sin()
         };
         let s = self.abs();
         if s.hi() >= TAU {
@@ -387,6 +391,26 @@ mod tests {
             Interval::new(-7.0, 0.0).unwrap().half_cot(),
             Interval::ENTIRE
         );
+    }
+
+    #[test]
+    fn sinc_beyond_pi_rises_again_and_half_cot_beside_0_is_below_1() {
+        // sinc has its second maximum, 0.1284, near 7.7253.
+        for (lo, hi) in [(3.125, 8.0), (6.0, 8.0), (-8.0, -7.0), (7.0, 9.0)] {
+            let range = Interval::new(lo, hi).unwrap().sinc();
+            for i in 0..=1000 {
+                let s = lo + (hi - lo) * f64::from(i) / 1000.0;
+                let value = libm::sin(s) / s;
+                assert!(
+                    range.lo() - 1e-15 <= value && value <= range.hi() + 1e-15,
+                    "[{lo}, {hi}]: {range:?} {value}"
+                );
+            }
+        }
+        // h cot h < 1 for every h but 0, and halving the smallest f64 gives 0.
+        for s in [f64::from_bits(1), f64::from_bits(3), 1e-200] {
+            assert!(Interval::point(s).half_cot().lo() < 1.0, "{s:e}");
+        }
     }
 
     #[test]

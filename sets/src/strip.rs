@@ -165,7 +165,8 @@ fn by_generator(
         let carried = (0..n).fold(0.0, |s, k| {
             let identity = f64::from(u8::from(i == k));
             // |I − λ dᵀ| rounded up: a product and a difference.
-            s + ((identity - l * d[k]).abs() + 2.0 * U * (identity + (l * d[k]).abs())) * z.r()[k]
+            let rounding = 2.0 * U * (identity + (l * d[k]).abs()) + ETA;
+            s + ((identity - l * d[k]).abs() + rounding) * z.r()[k]
         });
         let own = gamma(2) * (z.c()[i].abs() + (l * e).abs() + sums[i]);
         r[i] = up(

@@ -404,6 +404,26 @@ fn an_update_that_trusts_the_rounded_i_minus_kc_is_caught() {
     assert!(!exact.lies_in(&mutant));
 }
 
+/// Products of entries of a matrix that underflow are off by up to 2⁻¹⁰⁷⁵, which the extent of the set multiplies.
+#[test]
+fn products_that_underflow_under_a_huge_set_are_charged() {
+    let two = |e: i32| libm::exp2(f64::from(e));
+    // The first component is 0 and moves by (K C)_12 x_2; (K C)_12 = 2⁻¹⁰⁷⁵ is computed as 0.
+    let k = Matrix::column(&[two(-600), 0.0]);
+    let c = Matrix::from_rows(&[[0.0, two(-475)]]).unwrap();
+    let v = Zonotope::point(&[0.0]).unwrap();
+    let tall = Zonotope::new(vec![0.0; 2], Matrix::column(&[0.0, two(200)])).unwrap();
+    let r = vec![0.0, two(200)];
+    let wide = Zonotope::with_rounding(vec![0.0; 2], Matrix::zeros(2, 0), r).unwrap();
+    for x in [tall, wide] {
+        let updated = x.update(&k, &c, &[0.0], &v).unwrap();
+        assert!(
+            exact_update(&x, &k, &c, &[0.0], &v).lies_in(&updated),
+            "{updated:?}"
+        );
+    }
+}
+
 #[test]
 fn reductions_keep_columns_and_box_the_others_upward() {
     let mut random = Random(5);

@@ -30,6 +30,7 @@ use super::vehicle_filter::{PoseGain, PoseReduction, Transient, VehicleFilter, g
 use crate::EstimationError;
 use crate::estimator::Measurement;
 use crate::systems::Form;
+use crate::systems::vehicle_se2::sinc;
 use core::f64::consts::{FRAC_PI_2, PI};
 use zonobench_sets::number::Real;
 use zonobench_sets::reduction::{combastel, girard};
@@ -269,8 +270,12 @@ impl Enclosed {
         let rest = match form {
             Form::Euler => by_heading([w1, w2]),
             Form::Group => {
-                // |b| = |1 − cos s|/|s| ≤ |s|/2
-                let (a, b) = (upper(Interval::ONE - s.hull(&-s).sinc()), upper(s * 0.5));
+                // |b| = |1 − cos s|/|s| ≤ |s|/2; and the same of the polynomial that the model has for sinc.
+                let around = s.hull(&-s);
+                let half = around * 0.5;
+                let (exact, model) = (around.sinc(), sinc(around));
+                let a = upper(Interval::ONE - exact.hull(&model));
+                let b = upper(half.hull(&(half * sinc(half).sqr())));
                 let by_v = [a * w1 + b * w2, b * w1 + a * w2];
                 let turned = by_heading([w1 + by_v[0], w2 + by_v[1]]);
                 [turned[0] + by_v[0], turned[1] + by_v[1]]

@@ -196,8 +196,9 @@ impl Belief for PoseZonotope {
 
     /// Whether the set itself holds the pose, not its first-order picture.
     ///
-    /// Where the headings reach π the pose has more than one error, of which only the least is looked at:
-    /// then it is never called `Outside`.
+    /// Where the headings reach π the pose has more than one error, of which only the least is looked at, and
+    /// a box across half a turn holds headings whose least error is on the other side, 2π away: neither is
+    /// ever called `Outside`.
     fn contains(&self, x: &[Interval]) -> Containment {
         let error = self.error_of(x);
         if error.iter().any(|side| !side.is_finite()) {
@@ -208,7 +209,9 @@ impl Belief for PoseZonotope {
             .contains(&error)
             .unwrap_or(Containment::Undecided);
         let headings = self.error.radius()[0] + self.error.c()[0].abs();
-        if verdict == Containment::Outside && headings >= core::f64::consts::PI {
+        // TAU is below 2π, and a sum that rounds below it is below it.
+        let other_side = error[0].mag() + headings >= core::f64::consts::TAU;
+        if verdict == Containment::Outside && (headings >= core::f64::consts::PI || other_side) {
             return Containment::Undecided;
         }
         verdict
@@ -265,5 +268,28 @@ impl Belief for PoseZonotope {
             ("body_box_area", 4.0 * along * across),
             ("projected_area", self.projected_area()),
         ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_box_of_headings_across_half_a_turn_is_not_called_outside() {
+        // σ ∈ [−3.12, −3.0]: the heading 3.17 is −3.113 turned once around.
+        let center = vec![-3.06, 0.0, 0.0];
+        let error = Zonotope::new(center, Matrix::diagonal(&[0.06, 1.0, 1.0])).unwrap();
+        for coordinates in [Coordinates::Body, Coordinates::State] {
+            let belief = PoseZonotope::new(Se2::identity(), error.clone(), coordinates);
+            let at = |lo: f64, hi: f64| {
+                let zero = Interval::ZERO;
+                belief.contains(&[Interval::new(lo, hi).unwrap(), zero, zero])
+            };
+            assert_ne!(at(3.17, 3.17), Containment::Outside);
+            assert_ne!(at(3.1, 3.18), Containment::Outside);
+            assert_eq!(at(3.0, 3.05), Containment::Outside);
+            assert_eq!(at(1.0, 1.0), Containment::Outside);
+        }
     }
 }

@@ -260,11 +260,11 @@ fn by_rounding_box(z: &ConstrainedZonotope, halves: &[IntervalMatrix], h: &[f64]
         for k in 0..n {
             for l in k..n {
                 // Q_kl stands for both orders; off the diagonal ½ (kl) + ½ (lk).
-                sum += mag[(k, l)] * (far[k] * z.r()[l] + far[l] * z.r()[k] + z.r()[k] * z.r()[l])
-                    + ETA;
+                let moved = far[k] * z.r()[l] + far[l] * z.r()[k] + z.r()[k] * z.r()[l];
+                sum += mag[(k, l)] * (moved + ETA) + ETA;
             }
         }
-        up(sum, n * n + 5)
+        up(sum, n * n + 6)
     };
     halves.iter().map(bound).collect()
 }
@@ -309,7 +309,9 @@ fn products(z: &ConstrainedZonotope, halves: &[IntervalMatrix]) -> (Vec<f64>, Ma
             let mut any = false;
             for l in k..dim {
                 let m = mid[(k, l)];
-                rest[q] += sums[k] * (rad[(k, l)] + error * m.abs()) * sums[l] + ETA;
+                // Both η are what underflows before the generators multiply it: γ |m|, and m g_l.
+                let by_m = (rad[(k, l)] + error * m.abs() + ETA) * sums[l] + ETA;
+                rest[q] += sums[k] * by_m + ETA;
                 if m != 0.0 {
                     any = true;
                     ops::count(p, p);
@@ -326,7 +328,7 @@ fn products(z: &ConstrainedZonotope, halves: &[IntervalMatrix]) -> (Vec<f64>, Ma
             *x *= 0.5;
         }
         center[q] = row[..p].iter().sum();
-        rest[q] = up(rest[q], dim * dim + 4);
+        rest[q] = up(rest[q], dim * dim + 6);
     }
     (center, g, rest)
 }

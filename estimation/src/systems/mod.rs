@@ -6,7 +6,7 @@ mod quadrotor;
 mod raimondo;
 mod unicycle;
 mod van_der_pol;
-mod vehicle_se2;
+pub(crate) mod vehicle_se2;
 
 pub use linear::Linear;
 pub use lpv::Lpv;

@@ -154,6 +154,9 @@ impl System for Quadrotor {
         let thrust = S::constant(u[0]) / m;
         let tilted = sin_theta * cos_phi;
         let turn = q * sin_phi + r * cos_phi;
+        // Quotients of parameters round too, hence as numbers of S.
+        let arm = S::constant(self.l);
+        let ratio = |a: f64, b: f64, c: f64| (S::constant(a) - b) / c;
         let rates = [
             x[3],
             x[4],
@@ -164,9 +167,9 @@ impl System for Quadrotor {
             p + turn * x[7].tan(),
             q * cos_phi - r * sin_phi,
             turn * cos_theta.recip(),
-            q * r * ((iyy - izz) / ixx) + S::constant(u[1]) * (self.l / ixx),
-            p * r * ((izz - ixx) / iyy) + S::constant(u[2]) * (self.l / iyy),
-            p * q * ((ixx - iyy) / izz) + S::constant(u[3]) / izz,
+            q * r * ratio(iyy, izz, ixx) + S::constant(u[1]) * (arm / ixx),
+            p * r * ratio(izz, ixx, iyy) + S::constant(u[2]) * (arm / iyy),
+            p * q * ratio(ixx, iyy, izz) + S::constant(u[3]) / izz,
         ];
         for ((next, &x), rate) in next.iter_mut().zip(x).zip(rates) {
             *next = x + rate * dt;
@@ -201,6 +204,36 @@ mod tests {
         ];
         let d = [0.4, -0.7, 1.0];
         [&x[..], &d[..]].concat()
+    }
+
+    /// Quotients of parameters are rounded, and intervals take that rounding in: with p = q = r = 0 and Δt = 1 the
+    /// turn rate after a step is u₂ l/I_xx, and with q = r = 1 the part (I_yy − I_zz)/I_xx is added.
+    #[test]
+    fn quotients_of_parameters_are_enclosed() {
+        let q = |x: f64| num_rational::BigRational::from_float(x).expect("finite");
+        let mut draws = crate::random::Draws::new(7, crate::random::Purpose::Delta, 0);
+        for case in 0..300 {
+            let mut uniform = |i: usize, lo: f64, hi: f64| {
+                lo + (hi - lo) * 0.5 * (1.0 + draws.uniform(case, i, 0))
+            };
+            let (l, torque) = (uniform(0, 0.1, 1.0), uniform(1, 0.5, 1.0));
+            let inertia = [2, 3, 4].map(|i| uniform(i, 0.5, 2.0));
+            let vehicle = Quadrotor::new(0.7, l, inertia, 9.81, 1.0).unwrap();
+            for rate in [0.0, 1.0] {
+                let mut x = [Interval::ZERO; 12];
+                (x[10], x[11]) = (Interval::point(rate), Interval::point(rate));
+                let mut next = [Interval::ZERO; 12];
+                let w = [Interval::ZERO; 3];
+                vehicle.f(0, &x, &[0.0, torque, 0.0, 0.0], &w, &mut next);
+                let [ixx, iyy, izz] = inertia.map(q);
+                let exact = (q(rate) * (&iyy - &izz) + q(torque) * q(l)) / &ixx;
+                assert!(
+                    q(next[9].lo()) <= exact && exact <= q(next[9].hi()),
+                    "{l} {inertia:?} {torque} {rate}: {:?}",
+                    next[9]
+                );
+            }
+        }
     }
 
     #[test]

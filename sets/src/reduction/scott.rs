@@ -28,6 +28,9 @@ const DEPENDENT: f64 = 1e-12;
 /// A coefficient this small beside the largest of its row does not count.
 const NEGLIGIBLE: f64 = 1e-9;
 
+/// Up to here reciprocals are normal numbers, hence rounded by less than u of themselves: 2¹⁰²².
+const LARGEST: f64 = 1.0 / f64::MIN_POSITIVE;
+
 /// A coordinate's range is left alone where an end would move by less than this.
 const SHRINK: f64 = 1e-13;
 
@@ -310,9 +313,9 @@ fn confine(
         let a = row[j];
         let (x, y) = ends(a, e_lo[j], e_hi[j]);
         let (from, to) = (least - (high - y), most - (low - x));
-        // For a < 0 the two change places.
+        // For a < 0 the two change places; a subnormal reciprocal is not known well enough.
         let (from, to) = if a >= 0.0 { (from, to) } else { (to, from) };
-        let inverse = 1.0 / a;
+        let inverse = if a.abs() > LARGEST { f64::NAN } else { 1.0 / a };
         let (from, to) = (from * inverse, to * inverse);
         let from = from - (6.0 * U * from.abs() + ETA);
         let to = to + (6.0 * U * to.abs() + ETA);

@@ -130,7 +130,7 @@ impl Zonotope {
     /// r' = ⌈|M| r + γ_n |M| (|G| 1) + γ_{q+1} (I + |K| |C|)(|G| 1 + r) + |K| r_v + γ_q |K| (|G_v| 1)
     ///      + γ_{q+1} (|c| + |K| |e|) + |K| γ_{n+2} (|y| + |C| |c| + |c_v|)⌉.
     ///
-    /// The third term is there because M is not I − K C. Fails with `Dimension` or `NotFinite`.
+    /// The third term is there because M is not I − K C; η 1ᵀ(|G| 1 + r) beside it where K C underflows. Fails with `Dimension` or `NotFinite`.
     pub fn update(&self, k: &Matrix, c: &Matrix, y: &[f64], v: &Self) -> Result<Self, SetError> {
         const OP: &str = "update of a zonotope by a gain";
         let (n, q) = (self.dim(), v.dim());
@@ -154,6 +154,8 @@ impl Zonotope {
         let sums_v = v.abs_row_sums();
         let abs_c: Vec<f64> = self.c.iter().map(|x| x.abs()).collect();
         let extent: Vec<f64> = (0..n).map(|i| sums[i] + self.r[i] + ETA).collect();
+        // A product in K C that underflows is off by less than η/q, whatever K and C are, and x multiplies it.
+        let underflow = ETA * extent.iter().sum::<f64>();
         let under_m: Vec<f64> = (0..n)
             .map(|i| self.r[i] + gamma(n) * sums[i] + ETA)
             .collect();
@@ -171,7 +173,7 @@ impl Zonotope {
             .map(|i| {
                 let own = gamma(q + 1) * (extent[i] + abs_c[i]);
                 let bound = abs_dot(m.row(i), &under_m) + own + abs_dot(k.row(i), &under_k);
-                up(bound, n + q + 12)
+                up(bound + underflow, n + q + 12)
             })
             .collect();
         Self::checked(OP, center, g, r)
