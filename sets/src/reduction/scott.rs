@@ -8,10 +8,13 @@
 //! Source: J. K. Scott, D. M. Raimondo, G. R. Marseglia, R. D. Braatz, "Constrained zonotopes: a new tool
 //! for set-based estimation and fault detection", Automatica 2016; [Rego2020, Sec. 5].
 
+mod scores;
+
 use super::yang_scott::{self, largest};
-use crate::matrix::{abs_sum, dot};
+use crate::matrix::abs_sum;
 use crate::rounding::{ETA, U, gamma, up};
 use crate::{ConstrainedZonotope, Interval, Matrix, SetError, Zonotope, ops};
+use scores::{Scores, keep};
 
 /// Sweeps over the constraints that a rescaling makes.
 const SWEEPS: usize = 2;
@@ -25,7 +28,7 @@ const DEPENDENT: f64 = 1e-12;
 /// A coefficient this small beside the largest of its row does not count.
 const NEGLIGIBLE: f64 = 1e-9;
 
-/// A coordinate's range is left alone where it would shrink by less than this.
+/// A coordinate's range is left alone where an end would move by less than this.
 const SHRINK: f64 = 1e-13;
 
 /// Encloses `x` in a set of at most `constraints` constraints, then of at most `generators` generators.
@@ -179,6 +182,7 @@ pub fn eliminate_constraints(
 }
 
 /// The lower and the upper ends of a range for every coordinate.
+#[derive(Debug, PartialEq)]
 struct Ranges {
     lo: Vec<f64>,
     hi: Vec<f64>,
@@ -222,41 +226,108 @@ fn reach(row: &[f64], e: &Ranges) -> (f64, f64, f64) {
     (sum(low), sum(high), sum(size))
 }
 
-/// R_j ∩= (\[`least`, `most`\] − Σ_{k≠j} a_k E_k)/a_j and E_j ∩= R_j, Σ_k a_k E_k = \[`low`, `high`\].
+/// Σ |a_j|, added in the order of [`reach`], which gives −Σ, Σ and Σ of it over ranges that are all [−1, 1].
+fn reach_of_units(row: &[f64]) -> f64 {
+    let four = row.chunks_exact(4);
+    let rest = four.remainder();
+    let mut lanes = [0.0; 4];
+    for row in four {
+        for k in 0..4 {
+            lanes[k] += row[k].abs();
+        }
+    }
+    for (lane, x) in lanes.iter_mut().zip(rest) {
+        *lane += x.abs();
+    }
+    (lanes[0] + lanes[1]) + (lanes[2] + lanes[3])
+}
+
+/// The columns in which `row` is not 0, in order, into `support`.
+fn support_of(row: &[f64], support: &mut Vec<usize>) {
+    // Where zeros are is unpredictable: the index is always written and the end moves or not.
+    support.clear();
+    support.resize(row.len(), 0);
+    let mut count = 0;
+    for (j, &a) in row.iter().enumerate() {
+        support[count] = j;
+        count += usize::from(a != 0.0);
+    }
+    support.truncate(count);
+}
+
+/// Which ranges E_j the rows have narrowed so far, and when: visits of rows count from 1.
+struct Narrowed {
+    /// The last visit that narrowed E_j; 0 for none.
+    at: Vec<usize>,
+    columns: Vec<usize>,
+}
+
+impl Narrowed {
+    fn none(p: usize) -> Self {
+        Self {
+            at: vec![0; p],
+            columns: Vec::new(),
+        }
+    }
+
+    /// Whether some E_j with a_j ≠ 0 was narrowed by the visit `since` or a later one.
+    fn concerns(&self, row: &[f64], since: usize) -> bool {
+        (self.columns.iter()).any(|&j| self.at[j] >= since && row[j] != 0.0)
+    }
+
+    fn mark(&mut self, j: usize, visit: usize) {
+        if self.at[j] == 0 {
+            self.columns.push(j);
+        }
+        self.at[j] = visit;
+    }
+}
+
+/// R_j ∩= (\[`least`, `most`\] − Σ_{k≠j} a_k E_k)/a_j and E_j ∩= R_j over the `support`, the columns where a_j ≠ 0;
+/// Σ_k a_k E_k = \[`low`, `high`\]. True if some E_j is empty.
 ///
 /// Quotients are products with a rounded reciprocal, within 2u + u² of the true ones; moving them by 6u of
 /// themselves and η outward covers that and its own rounding. A NaN compares false and changes nothing.
+#[allow(
+    clippy::too_many_arguments,
+    reason = "a row, its bounds, and what it acts on"
+)]
 fn confine(
     row: &[f64],
-    least: f64,
-    most: f64,
+    support: &[usize],
+    [least, most]: [f64; 2],
     [low, high]: [f64; 2],
     e: &mut Ranges,
     r: &mut Ranges,
-) {
+    narrowed: &mut Narrowed,
+    visit: usize,
+) -> bool {
     let p = row.len();
     let (e_lo, e_hi) = (&mut e.lo[..p], &mut e.hi[..p]);
     let (r_lo, r_hi) = (&mut r.lo[..p], &mut r.hi[..p]);
-    for j in 0..p {
+    let mut empty = false;
+    for &j in support {
         let a = row[j];
         let (x, y) = ends(a, e_lo[j], e_hi[j]);
         let (from, to) = (least - (high - y), most - (low - x));
-        // For a < 0 the two change places; for a = 0 nothing is known.
+        // For a < 0 the two change places.
         let (from, to) = if a >= 0.0 { (from, to) } else { (to, from) };
-        let inverse = if a == 0.0 { f64::NAN } else { 1.0 / a };
+        let inverse = 1.0 / a;
         let (from, to) = (from * inverse, to * inverse);
         let from = from - (6.0 * U * from.abs() + ETA);
         let to = to + (6.0 * U * to.abs() + ETA);
-        let (lo, hi) = (r_lo[j], r_hi[j]);
-        let (lo, hi) = (
-            if from > lo { from } else { lo },
-            if to < hi { to } else { hi },
-        );
+        let lo = if from > r_lo[j] { from } else { r_lo[j] };
+        let hi = if to < r_hi[j] { to } else { r_hi[j] };
         r_lo[j] = lo;
         r_hi[j] = hi;
-        e_lo[j] = if lo > e_lo[j] { lo } else { e_lo[j] };
-        e_hi[j] = if hi < e_hi[j] { hi } else { e_hi[j] };
+        if (lo > e_lo[j]) | (hi < e_hi[j]) {
+            narrowed.mark(j, visit);
+            e_lo[j] = if lo > e_lo[j] { lo } else { e_lo[j] };
+            e_hi[j] = if hi < e_hi[j] { hi } else { e_hi[j] };
+            empty |= e_lo[j] > e_hi[j];
+        }
     }
+    empty
 }
 
 /// The lifted rows, n of the set and then the constraints.
@@ -270,6 +341,8 @@ struct Lifted {
     slack: Vec<f64>,
     /// 1/|pivot| of each constraint after Gauss–Jordan elimination: the scale at which rows compare.
     scale: Vec<f64>,
+    /// Of the present columns, once they were asked for.
+    scores: Option<Scores>,
 }
 
 impl Lifted {
@@ -288,6 +361,7 @@ impl Lifted {
                 .collect(),
             slack: [x.r(), x.delta()].concat(),
             scale: vec![1.0; x.constraints()],
+            scores: None,
         }
     }
 
@@ -424,36 +498,55 @@ impl Lifted {
     }
 
     /// E_j and R_j of every coordinate; `Empty` if some E_j is.
+    ///
+    /// Rows are mostly 0 and few ranges are narrowed. Over ranges that are all [−1, 1] a row's sums are its
+    /// 1-norm; and a row all of whose ranges are as they were before its last visit would say the same again.
     fn ranges(&self) -> Result<(Ranges, Ranges), SetError> {
-        let p = self.cols;
+        let (p, q) = (self.cols, self.constraints());
         let (mut e, mut r) = (
             Ranges::all(p, -1.0, 1.0),
             Ranges::all(p, f64::NEG_INFINITY, f64::INFINITY),
         );
         // Sums of at most p terms, each a product; then four more operations.
         let error = gamma(p + 8);
-        for _ in 0..SWEEPS {
-            for i in self.n..self.rows.len() {
-                let row = &self.rows[i];
-                let (low, high, size) = reach(row, &e);
-                ops::count_of(|| {
-                    let left = row.iter().filter(|&&a| a != 0.0).count();
-                    (2 * p + 4 * left, 3 * (p - 1) + 6 * left)
+        let mut support = Vec::with_capacity(p);
+        let mut narrowed = Narrowed::none(p);
+        for visit in 1..=SWEEPS * q {
+            let i = self.n + (visit - 1) % q;
+            let row = &self.rows[i];
+            if visit > q && !narrowed.concerns(row, visit - q) {
+                continue;
+            }
+            support_of(row, &mut support);
+            let (low, high, size) = if narrowed.concerns(row, 1) {
+                ops::count(2 * p, 3 * p);
+                reach(row, &e)
+            } else {
+                ops::count(0, p);
+                let sum = reach_of_units(row);
+                (-sum, sum, sum)
+            };
+            ops::count(6 * support.len(), 8 * support.len());
+            let (b, delta) = (-self.offset[i], self.slack[i]);
+            let margin = delta + error * (size + b.abs() + delta) + ETA;
+            let margin = margin * (1.0 + 8.0 * U);
+            // The margin covers the rounding of all sums.
+            let (inner, outer) = ([b - margin, b + margin], [low, high]);
+            if confine(
+                row,
+                &support,
+                inner,
+                outer,
+                &mut e,
+                &mut r,
+                &mut narrowed,
+                visit,
+            ) {
+                return Err(SetError::Empty {
+                    op: "rescaling of a constrained zonotope",
                 });
-                let (b, delta) = (-self.offset[i], self.slack[i]);
-                let margin = delta + error * (size + b.abs() + delta) + ETA;
-                let margin = margin * (1.0 + 8.0 * U);
-                // The margin covers the rounding of all sums.
-                confine(row, b - margin, b + margin, [low, high], &mut e, &mut r);
-                if e.iter().fold(false, |none, (lo, hi)| none | (lo > hi)) {
-                    return Err(SetError::Empty {
-                        op: "rescaling of a constrained zonotope",
-                    });
-                }
             }
         }
-        let entries = p * SWEEPS * self.constraints();
-        ops::count(8 * entries, 14 * entries);
         Ok((e, r))
     }
 
@@ -485,6 +578,11 @@ impl Lifted {
             };
         }
         self.substitute(&changed);
+        if let Some(scores) = &mut self.scores {
+            for &(j, _, half) in &changed {
+                scores.rescale(j, half);
+            }
+        }
         Ok(errors)
     }
 
@@ -519,120 +617,78 @@ impl Lifted {
     }
 
     /// Removes the columns in which every row is 0, and their entries of `errors`.
-    fn drop_zero_columns_with(&mut self, errors: Vec<f64>) -> Vec<f64> {
-        let mut greatest = vec![0.0_f64; self.cols];
+    fn drop_zero_columns_with(&mut self, mut errors: Vec<f64>) -> Vec<f64> {
+        let mut zero: Vec<usize> = (0..self.cols).collect();
         for row in &self.rows {
-            for (most, x) in greatest.iter_mut().zip(row) {
-                *most = if x.abs() > *most { x.abs() } else { *most };
-            }
+            zero.retain(|&j| row[j] == 0.0);
         }
-        let kept: Vec<usize> = (0..self.cols).filter(|&j| greatest[j] != 0.0).collect();
-        if kept.len() == self.cols {
+        if zero.is_empty() {
             return errors;
         }
+        let mut kept = Vec::with_capacity(self.cols - zero.len());
+        let mut zero = zero.into_iter().peekable();
+        kept.extend((0..self.cols).filter(|&j| zero.next_if_eq(&j).is_none()));
         for row in &mut self.rows {
-            for (to, &from) in kept.iter().enumerate() {
-                row[to] = row[from];
-            }
-            row.truncate(kept.len());
+            keep(row, &kept);
+        }
+        if let Some(scores) = &mut self.scores {
+            scores.keep(&kept);
         }
         self.cols = kept.len();
-        kept.iter()
-            .filter_map(|&j| errors.get(j).copied())
-            .collect()
+        if !errors.is_empty() {
+            keep(&mut errors, &kept);
+        }
+        errors
     }
 
     /// The generator to eliminate; `None` if no constraint has a coefficient.
     ///
-    /// With K = I + GᵀG and P = K⁻¹ − K⁻¹Aᵀ(A K⁻¹ Aᵀ)⁻¹A K⁻¹ the d_j is r_j P e_j / P_jj. K⁻¹ = I − VᵀV for
-    /// V = L⁻¹G, LLᵀ = I + GGᵀ, and P = I − VᵀV − WᵀW for W = N⁻¹A K⁻¹, NNᵀ = A K⁻¹Aᵀ: only an n × n
-    /// and a q × q matrix are factored, and G P = (LLᵀ)⁻¹G − (G Wᵀ) W.
-    fn cheapest(&self, errors: &[f64]) -> Option<usize> {
-        let first_least = |scores: &mut dyn Iterator<Item = (usize, f64)>| {
-            scores.fold(None, |best: Option<(usize, f64)>, (j, s)| match best {
-                Some((_, least)) if least <= s => best,
-                _ => Some((j, s)),
-            })
-        };
-        // A column that is mere rounding in every row (a folded slack) would take its row along.
-        let mut counts = vec![false; self.cols];
-        for row in &self.rows[self.n..] {
-            let floor = NEGLIGIBLE * largest(row).1;
-            for (counts, x) in counts.iter_mut().zip(row) {
-                *counts |= x.abs() > floor;
-            }
-        }
-        let candidates = |j: &usize| errors[*j].is_finite() && counts[*j];
-        let candidates: Vec<usize> = (0..self.cols).filter(candidates).collect();
-        let (j, least) = first_least(&mut candidates.iter().map(|&j| (j, errors[j])))?;
+    /// The [`Scores`] are made when they are first asked for, and again when they have been changed often.
+    fn cheapest(&mut self, errors: &[f64]) -> Option<usize> {
+        let mut candidates = Vec::with_capacity(self.cols);
+        candidates.extend((0..self.cols).filter(|&j| errors[j].is_finite()));
+        let (j, least) = self.first_least(&mut candidates, |j| errors[j])?;
         if least < FREE || candidates.len() == 1 {
             return Some(j);
         }
-        let Some(moves) = self.moves() else {
+        if !self.scores.as_ref().is_some_and(Scores::fresh) {
+            let (g, a) = self.rows.split_at(self.n);
+            self.scores = Scores::of(g, a);
+        }
+        let Some(scores) = &self.scores else {
             return Some(j);
         };
-        first_least(&mut candidates.iter().map(|&j| (j, errors[j] * moves[j]))).map(|(j, _)| j)
+        let moves = scores.moves();
+        let best = self.first_least(&mut candidates, |j| errors[j] * moves[j]);
+        best.map(|(j, _)| j)
     }
 
-    /// ‖G P e_j‖₂ / P_jj for every j; `None` if a factor breaks down.
-    fn moves(&self) -> Option<Vec<f64>> {
-        let (n, q, p) = (self.n, self.constraints(), self.cols);
-        let g = &self.rows[..n];
-        // The rows at a common scale: P does not depend on it.
-        let a: Vec<Vec<f64>> = self.rows[n..]
-            .iter()
-            .map(|row| {
-                let largest = largest(row).1;
-                row.iter().map(|x| x / largest).collect()
-            })
-            .collect();
-        let mut gram = Matrix::from_fn(n, n, |i, j| dot(&g[i], &g[j]));
-        for i in 0..n {
-            gram[(i, i)] += 1.0;
-        }
-        let l = cholesky(gram)?;
-        let mut v = g.to_vec();
-        solve_lower(&l, &mut v);
-        let mut w: Vec<Vec<f64>> = a.clone();
-        for row in &mut w {
-            let along: Vec<f64> = v.iter().map(|v| dot(row, v)).collect();
-            for (&s, v) in along.iter().zip(&v) {
-                row.iter_mut().zip(v).for_each(|(w, v)| *w -= s * v);
+    /// The candidate of the least score, of equal ones the first, and its score; `None` if there is none that
+    /// counts. Those found not to count are struck off.
+    ///
+    /// A column that is mere rounding in every row (a folded slack) would take its row along.
+    fn first_least(
+        &self,
+        candidates: &mut Vec<usize>,
+        score: impl Fn(usize) -> f64,
+    ) -> Option<(usize, f64)> {
+        let counts = |j: usize| {
+            self.rows[self.n..]
+                .iter()
+                .any(|row| row[j] != 0.0 && row[j].abs() > NEGLIGIBLE * largest(row).1)
+        };
+        loop {
+            let mut scores = candidates.iter().map(|&j| (j, score(j)));
+            let first = scores.next()?;
+            let best = scores.fold(first, |best, (j, s)| match best.1 <= s {
+                true => best,
+                false => (j, s),
+            });
+            if counts(best.0) {
+                return Some(best);
             }
+            candidates.retain(|&j| j != best.0);
         }
-        // Of the symmetric A K⁻¹ Aᵀ the factor reads the lower half.
-        let middle = Matrix::from_fn(q, q, |i, j| if j <= i { dot(&w[i], &a[j]) } else { 0.0 });
-        solve_lower(&cholesky(middle)?, &mut w);
-        let mut diagonal = vec![1.0; p];
-        for row in v.iter().chain(&w) {
-            diagonal.iter_mut().zip(row).for_each(|(d, x)| *d -= x * x);
-        }
-        // G P, row by row: Σ_k L⁻ᵀ_ik v_k − Σ_k (g_i · w_k) w_k.
-        let mut squares = vec![0.0; p];
-        let mut gk = v;
-        solve_lower_transposed(&l, &mut gk);
-        for (row, g) in gk.iter_mut().zip(g) {
-            for w in &w {
-                let s = dot(g, w);
-                row.iter_mut().zip(w).for_each(|(x, w)| *x -= s * w);
-            }
-            squares
-                .iter_mut()
-                .zip(row.iter())
-                .for_each(|(s, x)| *s += x * x);
-        }
-        // Beside the factors and solutions: A scaled, two Gram matrices, W and G P by 2 n q rows each, squares.
-        let (dots, rows) = (n * n + q * q, 4 * n * q);
-        ops::count(
-            p * (dots + rows + 2 * n + 2 * q + 2),
-            p * (dots + rows + 2 * n + q) - dots - rows / 2,
-        );
-        let moves: Vec<f64> = squares
-            .iter()
-            .zip(&diagonal)
-            .map(|(s, &d)| if d > 0.0 { s.sqrt() / d } else { f64::INFINITY })
-            .collect();
-        Some(moves)
     }
 
     /// Expresses ξ_j by the constraint in which it counts most, and drops both.
@@ -657,6 +713,12 @@ impl Lifted {
                 row.remove(j);
             }
             self.cols -= 1;
+            if let Some(scores) = &mut self.scores {
+                scores.eliminate(j);
+            }
+        } else {
+            // What the constraint said is lost, and A is no longer what the scores are of.
+            self.scores = None;
         }
         self.remove_row(i);
     }
@@ -680,109 +742,108 @@ fn pair(rows: &mut [Vec<f64>], l: usize, i: usize) -> (&mut [f64], &[f64]) {
     }
 }
 
-/// L with M = L Lᵀ; `None` if a pivot is not above rounding.
-fn cholesky(mut m: Matrix) -> Option<Matrix> {
-    let n = m.rows();
-    ops::count(n * (n + 1) * (n + 2) / 6, n * (n * n - 1) / 6);
-    for k in 0..n {
-        let first = m[(k, k)];
-        let pivot = first - (0..k).fold(0.0, |s, l| s + m[(k, l)] * m[(k, l)]);
-        if pivot.is_nan() || pivot <= 1e-14 * first.abs() {
-            return None;
-        }
-        let root = pivot.sqrt();
-        m[(k, k)] = root;
-        for i in k + 1..n {
-            let rest = (0..k).fold(m[(i, k)], |s, l| s - m[(i, l)] * m[(k, l)]);
-            m[(i, k)] = rest / root;
-        }
-    }
-    Some(m)
-}
-
-/// The operations of a triangular system with the right sides `b`.
-fn count_triangular(b: &[Vec<f64>]) {
-    let (n, p) = (b.len(), b.first().map_or(0, Vec::len));
-    ops::count(p * n * (n + 1) / 2 + n, p * n * n.saturating_sub(1) / 2);
-}
-
-/// B ← L⁻¹ B, by rows.
-fn solve_lower(l: &Matrix, b: &mut [Vec<f64>]) {
-    count_triangular(b);
-    for i in 0..b.len() {
-        let (done, rest) = b.split_at_mut(i);
-        let row = &mut rest[0];
-        for (k, other) in done.iter().enumerate() {
-            let f = l[(i, k)];
-            row.iter_mut().zip(other).for_each(|(x, y)| *x -= f * y);
-        }
-        let inverse = 1.0 / l[(i, i)];
-        row.iter_mut().for_each(|x| *x *= inverse);
-    }
-}
-
-/// B ← L⁻ᵀ B, by rows.
-fn solve_lower_transposed(l: &Matrix, b: &mut [Vec<f64>]) {
-    count_triangular(b);
-    for i in (0..b.len()).rev() {
-        let (head, rest) = b.split_at_mut(i + 1);
-        let row = &mut head[i];
-        for (k, other) in rest.iter().enumerate() {
-            let f = l[(i + 1 + k, i)];
-            row.iter_mut().zip(other).for_each(|(x, y)| *x -= f * y);
-        }
-        let inverse = 1.0 / l[(i, i)];
-        row.iter_mut().for_each(|x| *x *= inverse);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// K = I + GᵀG, the saddle-point system [K Aᵀ e; A 0 0; eᵀ 0 0] solved outright.
-    fn direct(x: &ConstrainedZonotope, j: usize) -> f64 {
-        let (p, q) = (x.generators(), x.constraints());
-        let gram = x.g().transpose().mul(x.g());
-        let size = p + q + 1;
-        let system = Matrix::from_fn(size, size, |r, c| {
-            let (low, high) = (r.min(c), r.max(c));
-            if high < p {
-                gram[(r, c)] + f64::from(u8::from(r == c))
-            } else if high < p + q {
-                if low < p { x.a()[(high - p, low)] } else { 0.0 }
-            } else {
-                f64::from(u8::from(low == j))
-            }
-        });
-        let mut right = vec![0.0; size];
-        right[size - 1] = 1.0;
-        let solution = system.inverse().unwrap().mul_vec(&right);
-        let moved = x.g().mul_vec(&solution[..p]);
-        dot(&moved, &moved).sqrt()
-    }
-
-    #[test]
-    fn the_score_is_that_of_the_constrained_minimum() {
-        let mut state = 1_u64;
+    /// A set of `q` sparse constraints and `p` generators; the constraints hold at a point inside the box.
+    fn set(n: usize, q: usize, p: usize, seed: u64) -> ConstrainedZonotope {
+        let mut state = seed;
         let mut next = || {
             state = state
                 .wrapping_mul(6364136223846793005)
                 .wrapping_add(1442695040888963407);
             (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
         };
-        for (n, q, p) in [(2, 1, 3), (2, 5, 20), (3, 4, 9)] {
-            let g = Matrix::from_fn(n, p, |_, _| next());
-            let a = Matrix::from_fn(q, p, |_, _| next());
-            let x = ConstrainedZonotope::new(vec![0.0; n], g, a, vec![0.0; q]).unwrap();
-            let moves = Lifted::new(&x).moves().unwrap();
-            for (j, found) in moves.iter().enumerate() {
-                let expected = direct(&x, j);
-                assert!(
-                    (found - expected).abs() < 1e-9 * (1.0 + expected),
-                    "{found} {expected}"
-                );
+        let g = Matrix::from_fn(n, p, |_, _| next());
+        let a = Matrix::from_fn(q, p, |_, _| if next() > 0.2 { next() } else { 0.0 });
+        // Near a corner of the box, so that the constraints narrow ranges.
+        let inside: Vec<f64> = (0..p).map(|_| next().signum() * 0.9).collect();
+        let b = a.mul_vec(&inside);
+        ConstrainedZonotope::new(vec![0.0; n], g, a, b).unwrap()
+    }
+
+    #[test]
+    fn updated_scores_are_those_of_the_rows_that_are_left() {
+        for (n, q, p, seed) in [(2, 13, 30, 1), (4, 21, 50, 2), (3, 40, 90, 3)] {
+            let mut lifted = Lifted::new(&set(n, q, p, seed));
+            let mut updated = 0;
+            while lifted.constraints() > 1 {
+                lifted.gauss_jordan().unwrap();
+                let errors = lifted.rescale().unwrap();
+                let errors = lifted.drop_zero_columns_with(errors);
+                let j = lifted.cheapest(&errors).unwrap();
+                if let Some(scores) = lifted.scores.as_ref().filter(|s| s.fresh()) {
+                    let (g, a) = lifted.rows.split_at(n);
+                    let expected = Scores::of(g, a).unwrap().moves();
+                    for (k, (found, expected)) in scores.moves().iter().zip(expected).enumerate() {
+                        assert!(
+                            (found - expected).abs() <= 1e-7 * (1.0 + expected),
+                            "{} of {q} left, {k}: {found} {expected}",
+                            lifted.constraints()
+                        );
+                    }
+                    updated += usize::from(!scores.is_new());
+                }
+                lifted.eliminate(j);
+            }
+            assert!(updated >= q / 2, "{updated} comparisons of updated scores");
+        }
+    }
+
+    /// Two whole sweeps over all columns, as `ranges` would be without leaving anything out.
+    fn swept(lifted: &Lifted) -> (Ranges, Ranges) {
+        let p = lifted.cols;
+        let (mut e, mut r) = (
+            Ranges::all(p, -1.0, 1.0),
+            Ranges::all(p, f64::NEG_INFINITY, f64::INFINITY),
+        );
+        let all: Vec<usize> = (0..p).collect();
+        for _ in 0..SWEEPS {
+            for i in lifted.n..lifted.rows.len() {
+                let row = &lifted.rows[i];
+                let (low, high, size) = reach(row, &e);
+                let (b, delta) = (-lifted.offset[i], lifted.slack[i]);
+                let margin = delta + gamma(p + 8) * (size + b.abs() + delta) + ETA;
+                let margin = margin * (1.0 + 8.0 * U);
+                let support: Vec<usize> =
+                    (all.iter().copied()).filter(|&j| row[j] != 0.0).collect();
+                let (inner, outer) = ([b - margin, b + margin], [low, high]);
+                let mut narrowed = Narrowed::none(p);
+                assert!(!confine(
+                    row,
+                    &support,
+                    inner,
+                    outer,
+                    &mut e,
+                    &mut r,
+                    &mut narrowed,
+                    1
+                ));
             }
         }
+        (e, r)
+    }
+
+    #[test]
+    fn ranges_that_leave_rows_out_are_those_of_whole_sweeps() {
+        let mut narrow = 0;
+        for seed in 0..40 {
+            let (q, p) = (1 + seed as usize % 9, 12 + seed as usize);
+            let mut lifted = Lifted::new(&set(2, q, p, seed));
+            for _ in 0..q {
+                lifted.gauss_jordan().unwrap();
+                let (e, r) = lifted.ranges().unwrap();
+                let (all_e, all_r) = swept(&lifted);
+                narrow += usize::from(e.iter().any(|(lo, hi)| lo > -1.0 || hi < 1.0));
+                assert_eq!((e, r), (all_e, all_r));
+                let errors = lifted.rescale().unwrap();
+                let Some(j) = lifted.cheapest(&errors) else {
+                    break;
+                };
+                lifted.eliminate(j);
+            }
+        }
+        assert!(narrow > 20, "{narrow} sets with a narrowed range");
     }
 }
