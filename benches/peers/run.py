@@ -4,7 +4,7 @@
     run.py SETS.json > rows.csv
 
 Times are taken inside Python, around calls of the compiled libraries; the rows `empty call` say what a call costs
-by itself. A tool that is not installed is left out, and said so on stderr. Points are checked here once more,
+by itself. A tool that is not installed or fails is left out, which stderr says. Points are checked here once more,
 in fractions: A xi = b and |xi| <= 1 without error.
 """
 
@@ -220,8 +220,8 @@ def main(file):
     for peer in (highs, codac, zonoopt):
         try:
             peer(sizes)
-        except ImportError as missing:
-            print(f"left out: {peer.__name__} ({missing})", file=sys.stderr)
+        except Exception as fault:  # a tool that is not there or fails leaves the others their turn
+            print(f"left out: {peer.__name__} ({type(fault).__name__}: {fault})", file=sys.stderr)
 
 
 if __name__ == "__main__":
