@@ -4,10 +4,6 @@ use zonobench_estimation::random::{Draws, Purpose};
 use zonobench_estimation::{AnyEstimator, AnySystem, Belief, Estimator, Problem, System};
 use zonobench_sets::IntervalVector;
 
-/// The share of the bounds that is used. The simulated measurement rounds C x + v and the simulated
-/// state drifts from the exact one; taken as noise, both are far below 10⁻⁹ of the bounds attacked here.
-const INSIDE: f64 = 1.0 - 1e-9;
-
 /// How the first state and the noise are chosen; always within what the estimator is told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Attack {
@@ -60,12 +56,13 @@ struct Bounds {
 }
 
 impl Bounds {
-    fn new(hull: &IntervalVector) -> Self {
+    /// The box, drawn together about its center to the share `inside`.
+    fn new(hull: &IntervalVector, inside: f64) -> Self {
         Self {
             center: hull.iter().map(|side| side.mid()).collect(),
             radius: hull
                 .iter()
-                .map(|side| 0.5 * INSIDE * side.width())
+                .map(|side| 0.5 * inside * side.width())
                 .collect(),
         }
     }
@@ -77,17 +74,18 @@ impl Bounds {
     }
 }
 
-/// The choice of `attack` against `estimator` in run `run` of `steps` steps.
+/// The choice of `attack` against `estimator` in run `run` of `steps` steps, within the share `inside` of the bounds.
 pub(crate) fn choose(
     attack: Attack,
     estimator: &AnyEstimator,
     problem: &Problem,
     inputs: &[Vec<f64>],
-    seed: u64,
-    run: u64,
+    inside: f64,
+    (seed, run): (u64, u64),
     steps: usize,
 ) -> Choice {
-    let [x0, w, v] = [&problem.prior, &problem.w, &problem.v].map(|u| Bounds::new(&u.box_hull()));
+    let [x0, w, v] =
+        [&problem.prior, &problem.w, &problem.v].map(|u| Bounds::new(&u.box_hull(), inside));
     let mut draws = [Purpose::X0, Purpose::W, Purpose::V].map(|p| Draws::new(seed, p, run));
     let [draw_x0, draw_w, draw_v] = &mut draws;
     let vertex = |bounds: &Bounds, draws: &mut Draws, k: usize| {

@@ -19,6 +19,8 @@ pub struct Counts {
     pub steps: u64,
     /// Sets that certainly do not hold the truth, or were called empty.
     pub lost: u64,
+    /// Of the lost, those that were called empty.
+    pub empty: u64,
     /// Sets of which neither is certain.
     pub undecided: u64,
     /// Runs that ended early without a set: refused, or the set reached where the model is not defined.
@@ -29,6 +31,7 @@ impl std::ops::AddAssign for Counts {
     fn add_assign(&mut self, other: Self) {
         self.steps += other.steps;
         self.lost += other.lost;
+        self.empty += other.empty;
         self.undecided += other.undecided;
         self.refused += other.refused;
     }
@@ -64,7 +67,16 @@ pub fn attack(target: &Target, attack: Attack, run: u64) -> Result<Counts, Strin
     let steps = target.steps;
     let inputs = vec![target.input.to_vec(); steps + 1];
     let seed = target.seed() ^ (attack as u64 + 1);
-    let choice = choose(attack, &estimator, &problem, &inputs, seed, run, steps);
+    let inside = target.inside;
+    let choice = choose(
+        attack,
+        &estimator,
+        &problem,
+        &inputs,
+        inside,
+        (seed, run),
+        steps,
+    );
     let delta = Truth::assumed_delta(&problem.system);
     let truth = Truth {
         x0: InitialState::Point(choice.x0),
@@ -115,6 +127,7 @@ fn judge(
             Err(EstimationError::Inconsistent { .. }) => {
                 counts.steps += 1;
                 counts.lost += 1;
+                counts.empty += 1;
             }
             Err(EstimationError::Refused { .. }) => counts.refused += 1,
             // The set reached where the model is not defined, or beyond the numbers.

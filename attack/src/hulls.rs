@@ -5,7 +5,7 @@
 
 use crate::campaign::Counts;
 use zonobench_sets::lp::LinearProgram;
-use zonobench_sets::{ConstrainedZonotope, Matrix};
+use zonobench_sets::{ConstrainedZonotope, Matrix, SetError};
 
 /// Uniform numbers from a seed (splitmix64).
 #[derive(Clone, Debug)]
@@ -141,7 +141,9 @@ pub fn attack(kind: Kind, first: u64, sets: u64) -> Counts {
     for i in first..first + sets {
         let (set, x) = random(&mut Source(((kind as u64) << 40) | i), kind);
         counts.steps += 1;
-        let holds = set.interval_hull_with(&mut lp).is_ok_and(|hull| {
+        let hull = set.interval_hull_with(&mut lp);
+        counts.empty += u64::from(matches!(hull, Err(SetError::Empty { .. })));
+        let holds = hull.is_ok_and(|hull| {
             hull.iter()
                 .zip(&x)
                 .all(|(side, &x)| side.lo() <= x && x <= side.hi())

@@ -2,7 +2,7 @@
 
 use crate::campaign::Counts;
 use crate::hulls::Source;
-use zonobench_sets::{ConstrainedZonotope, Matrix, Zonotope};
+use zonobench_sets::{ConstrainedZonotope, Matrix, SetError, Zonotope};
 
 /// The margins 2⁻³ … 2⁻⁵⁰, about 10⁻¹ to 10⁻¹⁵, relative to the extent of the set.
 pub const MARGINS: [i32; 6] = [3, 10, 20, 30, 40, 50];
@@ -37,7 +37,9 @@ pub fn near_empty(margin: i32, first: u64, sets: u64) -> Counts {
             .intersect_halfspace(&down, -(support - m))
             .expect("the shapes fit");
         counts.steps += 1;
-        let holds = sliver.interval_hull().is_ok_and(|hull| {
+        let hull = sliver.interval_hull();
+        counts.empty += u64::from(matches!(hull, Err(SetError::Empty { .. })));
+        let holds = hull.is_ok_and(|hull| {
             hull.iter()
                 .zip(&vertex)
                 .all(|(side, &x)| side.lo() <= x && x <= side.hi())

@@ -18,6 +18,10 @@ pub struct Target {
     pub guaranteed: bool,
     /// The last step of a run.
     pub steps: usize,
+    /// The share of the bounds that is used. A simulated measurement is rounded and a simulated state drifts from
+    /// the exact one; taken as noise, both are far below 10⁻⁹ of the bounds. In twelve dimensions a truth that is
+    /// within 10⁻⁹ of a corner is left undecided at the price of a linear program, so there it is a millionth.
+    pub(crate) inside: f64,
     /// Runs of every attack in the default campaign.
     pub runs: u64,
     /// The settings, as JSON.
@@ -45,6 +49,7 @@ const LINEAR: Target = Target {
     system: "linear",
     guaranteed: true,
     steps: 100,
+    inside: 1.0 - 1e-9,
     runs: 40,
     settings: "",
     problem: linear,
@@ -74,12 +79,37 @@ const VEHICLE: Target = Target {
     ..LINEAR
 };
 
+/// The unicycle of [Khajenejad, Sec. V-B], whose circle stays before its landmarks.
+const UNICYCLE: Target = Target {
+    system: "unicycle",
+    steps: 4,
+    runs: 2,
+    problem: unicycle,
+    ..BUNDLE
+};
+
+/// The quadrotor of [Rego2020, Sec. 5.2] near hover: a second, in which it cannot turn over.
+const QUADROTOR: Target = Target {
+    paper: "cz",
+    system: "quadrotor",
+    inside: 1.0 - 1e-6,
+    runs: 2,
+    problem: quadrotor,
+    input: &[7.0, 0.4, -0.3, 0.2],
+    ..LINEAR
+};
+
 const ZMV: &str = r#"{"kind": "zmv", "generators": 12}"#;
 const ZFO: &str = r#"{"kind": "zfo", "generators": 12}"#;
 const CZMV: &str = r#"{"kind": "czmv", "generators": 12, "constraints": 3}"#;
 const CZFO: &str = r#"{"kind": "czfo", "generators": 12, "constraints": 3, "expansion": "lean"}"#;
 const CZFO_PRINTED: &str = r#"{"kind": "czfo", "generators": 12, "constraints": 3, "h": "xb",
     "expansion": "lean", "remainder": "printed"}"#;
+const ZMV_12: &str = r#"{"kind": "zmv", "generators": 30}"#;
+const ZFO_12: &str = r#"{"kind": "zfo", "generators": 30}"#;
+const CZMV_12: &str = r#"{"kind": "czmv", "generators": 30, "constraints": 6, "h": "c2"}"#;
+const CZFO_12: &str = r#"{"kind": "czfo", "generators": 30, "constraints": 6, "h": "c3",
+    "expansion": "lean"}"#;
 const ENCLOSED: &str =
     r#"{"kind": "inzsmf", "generators": 120, "reduction": "girard", "remainder": "enclosed"}"#;
 
@@ -148,6 +178,27 @@ pub const TARGETS: &[Target] = &[
         ..RAIMONDO
     },
     Target {
+        name: "zmv",
+        settings: ZMV_12,
+        ..QUADROTOR
+    },
+    Target {
+        name: "zfo",
+        settings: ZFO_12,
+        ..QUADROTOR
+    },
+    Target {
+        name: "czmv",
+        settings: CZMV_12,
+        ..QUADROTOR
+    },
+    Target {
+        name: "czfo",
+        settings: CZFO_12,
+        runs: 1,
+        ..QUADROTOR
+    },
+    Target {
         name: "czfo printed remainder",
         guaranteed: false,
         settings: CZFO_PRINTED,
@@ -187,6 +238,41 @@ pub const TARGETS: &[Target] = &[
         name: "lift",
         settings: r#"{"kind": "lift"}"#,
         ..BUNDLE
+    },
+    Target {
+        name: "rrsr",
+        settings: r#"{"kind": "rrsr"}"#,
+        ..UNICYCLE
+    },
+    Target {
+        name: "d-rrsr",
+        settings: r#"{"kind": "d-rrsr"}"#,
+        ..UNICYCLE
+    },
+    Target {
+        name: "d-zb",
+        settings: r#"{"kind": "d-zb"}"#,
+        ..UNICYCLE
+    },
+    Target {
+        name: "d-cz",
+        settings: r#"{"kind": "d-cz"}"#,
+        ..UNICYCLE
+    },
+    Target {
+        name: "comb",
+        settings: r#"{"kind": "comb"}"#,
+        ..UNICYCLE
+    },
+    Target {
+        name: "comb+",
+        settings: r#"{"kind": "comb+"}"#,
+        ..UNICYCLE
+    },
+    Target {
+        name: "lift",
+        settings: r#"{"kind": "lift"}"#,
+        ..UNICYCLE
     },
     Target {
         name: "inzsmf enclosed",
@@ -288,5 +374,52 @@ fn vehicle(_seed: u64, _run: u64) -> Problem {
         prior,
         w: centered(&[0.1; 3]),
         v: centered(&[1.0; 2]),
+    }
+}
+
+/// The unicycle of [Khajenejad, Sec. V-B] from a heading anywhere, with half to all of the noise printed.
+fn unicycle(seed: u64, run: u64) -> Problem {
+    let mut draws = Draws::new(seed, Purpose::Delta, run);
+    let mut draw = |i| draws.uniform(0, i, 0);
+    let heading = core::f64::consts::PI * draw(0);
+    let (w, v) = (0.75 + 0.25 * draw(1), 0.75 + 0.25 * draw(2));
+    let within = |share: f64, bounds: &[[f64; 2]]| {
+        let [lower, upper] =
+            [0, 1].map(|end| bounds.iter().map(|b| share * b[end]).collect::<Vec<f64>>());
+        Uncertain::from_box(&lower, &upper).expect("the bounds are in order")
+    };
+    let prior = [[0.05, 0.15], [0.145, 0.255], [heading - 0.2, heading + 0.2]];
+    Problem {
+        system: named(
+            r#"{"kind": "unicycle", "t0": 1.0, "phi_omega": 0.3, "phi_theta": 0.15,
+                "landmarks": [[5.0, 15.0], [15.0, 15.0]]}"#,
+        ),
+        prior: within(1.0, &prior),
+        w: within(w, &[[-0.06, 0.04], [-0.04, 0.02], [-0.08, 0.04]]),
+        v: within(
+            v,
+            &[[-0.01, 0.01], [-0.01, 0.02], [-0.02, 0.01], [-0.03, 0.02]],
+        ),
+    }
+}
+
+/// The quadrotor of [Rego2020, Sec. 5.2] with half to all of its noise, from smaller angles and turn rates than
+/// printed: at most 0.2 + 0.1 t + 0.05 t² rad of roll and pitch, were they alone.
+fn quadrotor(seed: u64, run: u64) -> Problem {
+    let mut draws = Draws::new(seed, Purpose::Delta, run);
+    let mut share = |i| 0.75 + 0.25 * draws.uniform(0, i, 0);
+    let (w, v) = (share(0), share(1));
+    let prior = [2.0, 2.0, 2.0, 1.0, 1.0, 1.0, 0.2, 0.2, 1.0, 0.1, 0.1, 0.1];
+    let measured = [
+        0.15, 0.15, 0.51, 2.618e-3, 2.618e-3, 2.618e-3, 16.558e-3, 16.558e-3, 16.558e-3,
+    ];
+    Problem {
+        system: named(
+            r#"{"kind": "quadrotor", "m": 0.7, "l": 0.3, "inertia": [1.2416, 1.2416, 1.2416],
+                "g": 9.81, "dt": 0.01}"#,
+        ),
+        prior: centered(&prior),
+        w: centered(&[w; 3]),
+        v: centered(&measured.map(|m| v * m)),
     }
 }

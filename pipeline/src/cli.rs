@@ -6,6 +6,7 @@ use crate::error::Error;
 use crate::experiment::Experiment;
 use crate::lake;
 use crate::ledger;
+use crate::long_campaign::{self, Until};
 use crate::papers::{self, Paper};
 use crate::progress::{Progress, Verbosity};
 use crate::query;
@@ -161,6 +162,23 @@ enum Command {
         /// So many times the runs of the default campaign
         #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
         times: u64,
+        /// Go on with the long campaign in this file; it can be stopped at any time, and is whole after every block
+        #[arg(long, value_name = "FILE", conflicts_with = "times")]
+        record: Option<PathBuf>,
+        /// With --record: so many sets of every estimator on every family of problems ...
+        #[arg(
+            long,
+            value_name = "N",
+            default_value_t = 1_000_000,
+            requires = "record"
+        )]
+        sets: u64,
+        /// ... or so many minutes of a thread in this call, whichever comes first
+        #[arg(long, value_name = "M", default_value_t = 10, requires = "record", value_parser = clap::value_parser!(u64).range(1..=100_000))]
+        minutes: u64,
+        /// Count every unit of the long campaign in this file again; exit code 1 where a count differs
+        #[arg(long, value_name = "FILE", conflicts_with_all = ["times", "record"])]
+        recount: Option<PathBuf>,
         /// Threads; all processors if not given
         #[arg(long, value_parser = number_of_threads)]
         jobs: Option<usize>,
@@ -318,7 +336,35 @@ fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
             print(&text)?;
             Ok(0)
         }
-        Command::Attack { paper, times, jobs } => {
+        Command::Attack {
+            paper,
+            record: Some(path),
+            sets,
+            minutes,
+            jobs,
+            ..
+        } => {
+            let (progress, until) = (Progress::new(verbosity, 0), Until { sets, minutes });
+            let work = || long_campaign::record(&path, paper.as_deref(), until, &progress);
+            Ok(u8::from(!threads(jobs)?.install(work)?))
+        }
+        Command::Attack {
+            paper,
+            recount: Some(path),
+            jobs,
+            ..
+        } => {
+            let progress = Progress::new(verbosity, 0);
+            let work = || long_campaign::recount(&path, paper.as_deref(), &progress);
+            print(&format!(
+                "{} sets, each as recorded\n",
+                threads(jobs)?.install(work)?
+            ))?;
+            Ok(0)
+        }
+        Command::Attack {
+            paper, times, jobs, ..
+        } => {
             let (paper, size) = (paper.as_deref(), Size::Times(times));
             let progress = Progress::new(verbosity, campaign::units(paper, size)?);
             let found = threads(jobs)?.install(|| campaign::run(paper, size, &progress))?;

@@ -12,6 +12,7 @@ pub mod error;
 pub mod experiment;
 pub mod lake;
 pub mod ledger;
+pub mod long_campaign;
 pub mod papers;
 pub mod progress;
 pub mod published;

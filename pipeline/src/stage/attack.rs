@@ -112,6 +112,7 @@ fn row(case: &Case, counts: Counts) -> Attack {
         attack: case.attack.as_str().into(),
         steps: counts.steps as i64,
         lost: counts.lost as i64,
+        empty: counts.empty as i64,
         rate_hi: clopper_pearson_upper(counts.lost, counts.steps, CONFIDENCE),
         undecided: counts.undecided as i64,
         refused: counts.refused as i64,
