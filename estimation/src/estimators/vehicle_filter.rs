@@ -669,6 +669,52 @@ mod tests {
         }
     }
 
+    /// Gains of `scipy.signal.place_poles(A.T, C.T, [0.98, 0.95, 0.98], method="KNV0")` of SciPy 1.17.1, transposed,
+    /// for the motions (ω, ν): the method of Kautsky, Nichols and Van Dooren, which knows nothing of a vehicle;
+    /// `method="YT"` gives the same to 1e-12. Of the gains that place these poles it takes that with the
+    /// eigenvectors farthest from dependent.
+    const PLACED: [((f64, f64), [[f64; 2]; 3]); 4] = [
+        (
+            (0.4, 8.0),
+            [
+                [2.4999999999944022e-5, 0.012499983333328916],
+                [0.01999220001040003, 0.0040999890666751455],
+                [-0.0038999896000085767, 0.06999180001093341],
+            ],
+        ),
+        ((0.0, 1.0), [[0.0, 0.1], [0.02, 0.0], [0.0, 0.07]]),
+        (
+            (-3.0, -2.0),
+            [
+                [0.0007500000000001799, -0.049996249943748954],
+                [0.019561282905262933, -0.030745387707558],
+                [0.029245612697433174, 0.06953878459271245],
+            ],
+        ),
+        (
+            (40.0, 0.01),
+            [
+                [1.9999999999989206, 9.866309751174038],
+                [-0.05696553084718825, 0.399153800866367],
+                [-0.3796828837509392, -0.010912481147041575],
+            ],
+        ),
+    ];
+
+    #[test]
+    fn the_pole_gain_is_that_of_a_general_pole_placement() {
+        for ((omega, nu), expected) in PLACED {
+            let a = Se2::exp([-0.01 * omega, -0.01 * nu, 0.0]).adjoint();
+            let l = pole_gain(&a, POLES);
+            for (i, row) in expected.iter().enumerate() {
+                for (j, want) in row.iter().enumerate() {
+                    let off = (l[(i, j)] - want).abs();
+                    assert!(off < 1e-11, "{omega} {nu}: L({i}, {j}) is off by {off}");
+                }
+            }
+        }
+    }
+
     #[test]
     fn the_f_radius_gain_is_a_minimum() {
         let a = Se2::exp([-0.1, -0.5, 0.2]).adjoint();

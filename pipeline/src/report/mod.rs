@@ -8,9 +8,11 @@
 //! `model` is what there is to say, `front` and `page` write it as Markdown, `html` as a page for a browser.
 //!
 //! The same lake gives the same Markdown: no time, host or path of this machine is on a page. Measured times
-//! come from the recorded `timings.csv`, `step-times.csv` and `peers.csv` beside the pages alone, never from the lake.
+//! come from the recorded `timings.csv`, `step-times.csv` and `peers.csv` beside the pages alone, never from the lake; so do
+//! the counts of the long campaign, from `attack.csv`.
 
 mod about;
+mod campaign;
 mod complexity;
 mod front;
 mod html;
@@ -27,6 +29,7 @@ pub(crate) mod verdict;
 mod tests;
 
 use crate::error::Error;
+use crate::long_campaign::{self, RecordedAttack};
 use about::Figure;
 use peers::PeerRow;
 use source::{Held, Source};
@@ -46,6 +49,8 @@ struct Recordings {
     steps: Vec<step_times::Recorded>,
     /// `peers.csv`: other tools on the same sets.
     peers: Vec<PeerRow>,
+    /// `attack.csv`: the counts of the long campaign.
+    attacks: Vec<RecordedAttack>,
 }
 
 impl Recordings {
@@ -55,6 +60,7 @@ impl Recordings {
             times: timings::read(&folder.join("timings.csv"))?,
             steps: step_times::read(&folder.join(step_times::FILE))?,
             peers: peers::read(&folder.join("peers.csv"))?,
+            attacks: long_campaign::read(&folder.join(campaign::FILE))?,
         })
     }
 }
@@ -104,7 +110,9 @@ fn render(
     recorded: &Recordings,
 ) -> Result<BTreeMap<String, String>, Error> {
     let held: Vec<&Held> = papers.iter().map(|(held, _)| held).collect();
-    let front = front::page(&held) + &peers::pointer(&recorded.peers);
+    let front = front::page(&held)
+        + &campaign::section(&recorded.attacks)
+        + &peers::pointer(&recorded.peers);
     let mut pages = BTreeMap::from([("README.md".to_owned(), front)]);
     if !recorded.peers.is_empty() {
         pages.insert("peers.md".to_owned(), peers::page(&recorded.peers));

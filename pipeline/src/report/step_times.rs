@@ -111,9 +111,8 @@ impl<'a> StepTimes<'a> {
             )
         });
         format!(
-            "Times of single steps as `just record-timings` recorded them on {}, how many steps took how long{period}. A time \
-             depends on the machine: it is compared with nothing. The longest step is what an operating system that \
-             serves other programs too lets happen once, 99.9 % what the method needs.",
+            "Times of single steps as the recipe record-timings of the justfile recorded them on {}, how many steps took how \
+             long{period}. A time depends on the machine: it is compared with nothing.",
             self.processor()
         )
     }

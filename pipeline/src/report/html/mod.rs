@@ -15,6 +15,7 @@ mod paper;
 use crate::error::Error;
 use crate::report::Recordings;
 use crate::report::about::{self, Figure};
+use crate::report::campaign;
 use crate::report::peers;
 use crate::report::source::{Held, Source};
 use markup::{escaped, place};
@@ -63,6 +64,13 @@ pub fn render(
             place: "peers".to_owned(),
             name: "Other tools".to_owned(),
             body: peers::html(&recorded.peers),
+        });
+    }
+    if !recorded.attacks.is_empty() {
+        pages.push(Page {
+            place: "campaign".to_owned(),
+            name: "Campaign".to_owned(),
+            body: campaign::html(&recorded.attacks),
         });
     }
     pages.push(lake_tables::page(&measured));
