@@ -167,7 +167,7 @@ fn profile(problem: &Problem, t: &Trajectory) -> Result<(), Box<dyn Error>> {
     let mut spent: BTreeMap<&str, f64> = BTreeMap::new();
     let mut total = 0.0;
     let mut belief = estimator.update(0, &estimator.prior(), &t.u[0], &y[0])?;
-    for k in 1..y.len().min(t.u.len()) {
+    for (k, y_k) in y.iter().enumerate().take(t.u.len()).skip(1) {
         let mut time = |name, operation: &mut dyn FnMut() -> Result<(), Box<dyn Error>>| {
             let start = Instant::now();
             operation()?;
@@ -208,7 +208,7 @@ fn profile(problem: &Problem, t: &Trajectory) -> Result<(), Box<dyn Error>> {
             Ok(())
         })?;
         let start = Instant::now();
-        belief = estimator.update(k, &predicted, &t.u[k], &y[k])?;
+        belief = estimator.update(k, &predicted, &t.u[k], y_k)?;
         total += start.elapsed().as_secs_f64();
     }
     let mut rest = 1.0;

@@ -669,11 +669,13 @@ mod tests {
         }
     }
 
+    type Gain = [[f64; 2]; 3];
+
     /// Gains of `scipy.signal.place_poles(A.T, C.T, [0.98, 0.95, 0.98], method="KNV0")` of SciPy 1.17.1, transposed,
     /// for the motions (ω, ν): the method of Kautsky, Nichols and Van Dooren, which knows nothing of a vehicle;
     /// `method="YT"` gives the same to 1e-12. Of the gains that place these poles it takes that with the
     /// eigenvectors farthest from dependent.
-    const PLACED: [((f64, f64), [[f64; 2]; 3]); 4] = [
+    const PLACED: [((f64, f64), Gain); 4] = [
         (
             (0.4, 8.0),
             [

@@ -118,7 +118,7 @@ mod tests {
         let found = rows(&crate::long_campaign::read(&path).unwrap());
         assert_eq!(found.len(), 2);
         assert_eq!(found[0][..9].join(" "), "cz linear zmv yes 100 3 0 0 1");
-        assert_eq!(found[0][9], four_digits(1.0 - 0.05_f64.powf(0.01)));
+        assert_eq!(found[0][9], four_digits(1.0 - libm::pow(0.05, 0.01)));
         assert_eq!(found[1][4..9].join(" "), "10 0 3 1 0");
         std::fs::write(&path, text.replace("3,1,0", "3,4,0")).unwrap();
         let message = crate::long_campaign::read(&path).unwrap_err().to_string();
