@@ -67,7 +67,7 @@ impl Recordings {
 
 /// Writes the reports of everything that `lake` holds into `out`; returns the number of files.
 ///
-/// Recorded times are read from `out`, [`Recordings::read`]. Files that are already as they should
+/// Recorded times are read from the CSV files in `out`. Files that are already as they should
 /// be are left alone, and so is everything else in `out`.
 pub fn write(lake: &Path, out: &Path) -> Result<usize, Error> {
     let source = Source::open(lake)?;
