@@ -10,6 +10,7 @@ pub mod cli;
 pub mod engine;
 pub mod error;
 pub mod experiment;
+mod kept;
 pub mod lake;
 pub mod ledger;
 pub mod long_campaign;

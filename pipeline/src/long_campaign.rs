@@ -2,8 +2,10 @@
 //! on with, and counted again.
 
 use crate::error::Error;
+use crate::kept::read_kept;
 use crate::papers;
 use crate::progress::{Progress, Verbosity};
+use crate::stage::attack::CODE;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -39,6 +41,13 @@ pub struct RecordedAttack {
     pub empty: u64,
     /// Runs that ended early without a set
     pub refused: u64,
+    /// The code that counted, as in the keys of the stage `attack`; its first 16 digits
+    pub code: String,
+}
+
+/// What [`RecordedAttack::code`] is of this program.
+pub fn code() -> &'static str {
+    &CODE[..16]
 }
 
 impl RecordedAttack {
@@ -55,6 +64,7 @@ impl RecordedAttack {
             lost: 0,
             empty: 0,
             refused: 0,
+            code: code().to_owned(),
         }
     }
 
@@ -107,27 +117,16 @@ pub struct Until {
 ///
 /// Fails where a row is not one, or says more sets lost, empty or undecided than can be.
 pub fn read(path: &Path) -> Result<Vec<RecordedAttack>, Error> {
-    let text = match std::fs::read(path) {
-        Ok(text) => text,
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
-        Err(e) => return Err(Error::io("read", path, e)),
-    };
-    let file = path.display().to_string();
-    let mut rows: Vec<RecordedAttack> = Vec::new();
-    for row in csv::Reader::from_reader(text.as_slice()).deserialize() {
-        let row: RecordedAttack = row.map_err(|source| Error::CsvSyntax {
-            file: file.clone(),
-            source,
-        })?;
+    let rows: Vec<RecordedAttack> = read_kept(path)?;
+    for row in &rows {
         let sum = row.lost.checked_add(row.undecided);
         if row.empty > row.lost || sum.is_none_or(|sum| sum > row.steps) {
             return Err(Error::Refused {
-                what: format!("{file}: {}", row.name()),
+                what: format!("{}: {}", path.display(), row.name()),
                 expected: "empty <= lost and lost + undecided <= steps".into(),
                 got: format!("{:?}", row.counts()),
             });
         }
-        rows.push(row);
     }
     Ok(rows)
 }
@@ -197,8 +196,8 @@ struct Pace {
 /// Goes on with the record in `path` until every case of `paper` (of all if none) has its share of `until`; what is
 /// not guaranteed is counted as in the default campaign. The file is whole after every block of work.
 ///
-/// Returns whether nothing guaranteed was lost. Fails where the file is not a record of this campaign, cannot be
-/// written, or a run fails.
+/// Returns whether nothing guaranteed was lost. Fails where the file is not a record of this campaign, was counted by
+/// other code, cannot be written, or a run fails.
 pub fn record(
     path: &Path,
     paper: Option<&str>,
@@ -209,6 +208,16 @@ pub fn record(
         papers::load(&[paper.to_owned()])?;
     }
     let mut all = joined(path)?;
+    if let Some((_, row)) = all.iter().find(|(_, row)| row.code != code()) {
+        return Err(Error::Refused {
+            what: format!("{}: {}", path.display(), row.name()),
+            expected: format!(
+                "counts of this program's code, {}: begin a new file",
+                code()
+            ),
+            got: format!("those of {}", row.code),
+        });
+    }
     let threads = rayon::current_num_threads() as u32;
     let attacks: Vec<u32> = all
         .iter()
@@ -291,12 +300,57 @@ pub fn recount(path: &Path, paper: Option<&str>, progress: &Progress) -> Result<
         if counts != row.counts() {
             return Err(Error::Refused {
                 what: format!("{}: {}", path.display(), row.name()),
-                expected: format!("{counts:?} in {} units", row.units),
-                got: format!("{:?}", row.counts()),
+                expected: format!("{counts:?} in {} units, by code {}", row.units, code()),
+                got: format!("{:?}, by code {}", row.counts(), row.code),
             });
         }
         sets += counts.steps;
         progress.say(Verbosity::Verbose, &format!("{}: the same", row.name()));
     }
     Ok(sets)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEADER: &str =
+        "paper,system,estimator,attack,guaranteed,units,steps,undecided,lost,empty,refused,code\n";
+
+    #[test]
+    fn counts_of_two_codes_are_never_added_and_a_changed_count_is_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("attack.csv");
+        let (quiet, until) = (
+            Progress::new(Verbosity::Quiet, 1),
+            Until {
+                sets: 200,
+                minutes: 1,
+            },
+        );
+        let other = "box,linear,box-state-est,uniform,true,1,40,0,0,0,0,0123456789abcdef\n";
+        std::fs::write(&path, format!("{HEADER}{other}")).unwrap();
+        let message = record(&path, Some("box"), until, &quiet).unwrap_err();
+        assert!(
+            message.to_string().contains("begin a new file"),
+            "{message}"
+        );
+
+        std::fs::remove_file(&path).unwrap();
+        assert!(record(&path, Some("box"), until, &quiet).unwrap());
+        let whole = std::fs::read_to_string(&path).unwrap();
+        assert!(whole.starts_with(HEADER) && whole.contains(code()));
+        let sets = read(&path)
+            .unwrap()
+            .iter()
+            .map(|row| row.steps)
+            .sum::<u64>();
+        assert_eq!(recount(&path, Some("box"), &quiet).unwrap(), sets);
+
+        let mut rows = read(&path).unwrap();
+        rows[0].steps += 1;
+        write(&path, &rows).unwrap();
+        let message = recount(&path, Some("box"), &quiet).unwrap_err().to_string();
+        assert!(message.contains(&rows[0].name()), "{message}");
+    }
 }

@@ -25,10 +25,19 @@ pub const HEADS: [&str; 10] = [
 ];
 
 /// How it was run, and how it is run again.
-pub const HOW: &str = "Counted once by `zonobench attack --record reports/attack.csv` and kept in that file, with the number of \
-     runs of every row; the counts depend on the code alone, here that of commit `f8c1c46`, and `zonobench attack --recount \
-     reports/attack.csv` counts them again. The lake's table `attack` holds the small campaign that every `reproduce-all` makes. Of the constrained \
-     zonotopes' intersections, undecided are empty sets that are not called empty.";
+fn how(recorded: &[RecordedAttack]) -> String {
+    let mut codes: Vec<&str> = recorded.iter().map(|row| row.code.as_str()).collect();
+    codes.sort_unstable();
+    codes.dedup();
+    format!(
+        "Counted once by `zonobench attack --record reports/attack.csv` and kept in that file, with the number of runs of \
+         every row; the counts depend on the code alone, here {}, and `zonobench attack --recount reports/attack.csv` counts \
+         them again and names a row that its own code counts otherwise. The lake's table `attack` holds the small campaign \
+         that every `reproduce-all` makes. Of the constrained zonotopes' intersections, undecided are empty sets that are \
+         not called empty.",
+        codes.join(", ")
+    )
+}
 
 /// One row an estimator and family of problems, all attacks together, in the order of the file.
 pub fn rows(recorded: &[RecordedAttack]) -> Vec<[String; 10]> {
@@ -77,7 +86,7 @@ pub fn section(recorded: &[RecordedAttack]) -> String {
         .map(|row| row.map(|cell| escaped(&cell)).to_vec())
         .collect();
     heading(2, "Campaign", "The campaign against the guarantees")
-        + HOW
+        + &how(recorded)
         + "\n\n"
         + &table(&HEADS, &rows)
         + "\n"
@@ -94,7 +103,7 @@ pub fn html(recorded: &[RecordedAttack]) -> String {
         .collect();
     format!(
         "<h1>The campaign against the guarantees</h1>\n<p>{}</p>\n",
-        markup::escaped(HOW).replace('`', "")
+        markup::escaped(&how(recorded)).replace('`', "")
     ) + &markup::table(
         "sortable",
         "Every estimator that was attacked",
@@ -109,13 +118,14 @@ mod tests {
 
     #[test]
     fn the_attacks_on_one_estimator_are_summed() {
-        let text = "paper,system,estimator,attack,guaranteed,units,steps,undecided,lost,empty,refused\n\
-                    cz,linear,zmv,uniform,true,1,40,1,0,0,0\ncz,linear,zmv,chase,true,1,60,2,0,0,1\n\
-                    cz,linear,zsmf,chase,false,1,10,0,3,1,0\n";
+        let text = "paper,system,estimator,attack,guaranteed,units,steps,undecided,lost,empty,refused,code\n\
+                    cz,linear,zmv,uniform,true,1,40,1,0,0,0,7a\ncz,linear,zmv,chase,true,1,60,2,0,0,1,7a\n\
+                    cz,linear,zsmf,chase,false,1,10,0,3,1,0,7a\n";
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(FILE);
         std::fs::write(&path, text).unwrap();
-        let found = rows(&crate::long_campaign::read(&path).unwrap());
+        let recorded = crate::long_campaign::read(&path).unwrap();
+        let found = rows(&recorded);
         assert_eq!(found.len(), 2);
         assert_eq!(found[0][..9].join(" "), "cz linear zmv yes 100 3 0 0 1");
         assert_eq!(found[0][9], four_digits(1.0 - libm::pow(0.05, 0.01)));
@@ -124,5 +134,6 @@ mod tests {
         let message = crate::long_campaign::read(&path).unwrap_err().to_string();
         assert!(message.contains("zsmf"), "{message}");
         assert_eq!(section(&[]), "");
+        assert!(section(&recorded).contains("here 7a, and"));
     }
 }

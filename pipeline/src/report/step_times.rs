@@ -3,6 +3,7 @@
 //! Written by `just record-timings` on a named processor; a page shows what is recorded and measures nothing.
 
 use crate::error::Error;
+use crate::kept::read_kept;
 use crate::stage::compare::four_digits;
 use crate::svg::{Axis, Colour, Figure, Panel, Series};
 use serde::Deserialize;
@@ -38,20 +39,7 @@ pub struct Recorded {
 
 /// The rows of `path`, none if there is no such file.
 pub fn read(path: &Path) -> Result<Vec<Recorded>, Error> {
-    let text = match std::fs::read(path) {
-        Ok(text) => text,
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
-        Err(e) => return Err(Error::io("read", path, e)),
-    };
-    csv::Reader::from_reader(text.as_slice())
-        .deserialize()
-        .map(|row| {
-            row.map_err(|source| Error::CsvSyntax {
-                file: path.display().to_string(),
-                source,
-            })
-        })
-        .collect()
+    read_kept(path)
 }
 
 /// What is recorded of one paper.

@@ -1,6 +1,7 @@
 //! Recorded times: the committed `timings.csv`, the only times that a page shows.
 
 use crate::error::Error;
+use crate::kept::read_kept;
 use serde::Deserialize;
 use std::path::Path;
 
@@ -21,20 +22,7 @@ pub struct RecordedTime {
 
 /// The rows of `path`, none if there is no such file.
 pub fn read(path: &Path) -> Result<Vec<RecordedTime>, Error> {
-    let text = match std::fs::read(path) {
-        Ok(text) => text,
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
-        Err(e) => return Err(Error::io("read", path, e)),
-    };
-    csv::Reader::from_reader(text.as_slice())
-        .deserialize()
-        .map(|row| {
-            row.map_err(|source| Error::CsvSyntax {
-                file: path.display().to_string(),
-                source,
-            })
-        })
-        .collect()
+    read_kept(path)
 }
 
 /// The time of one estimator of one experiment.
