@@ -26,6 +26,18 @@ fn guaranteed_estimators_lose_nobody() {
     }
 }
 
+/// A set of four components thinned to a line: the point that C4 expands about was off it by a rounding, and the
+/// program for its coordinates, which has no solution then, was taken for a proof that the set is empty.
+#[test]
+fn a_set_thinned_to_a_line_is_not_called_empty() {
+    let case = zonobench_attack::cases().into_iter().find(|case| {
+        (case.system, case.estimator, case.attack.as_str()) == ("linear", "czfo", "vertices")
+    });
+    let counts = case.expect("it stands in the list").count(619).unwrap();
+    assert_eq!((counts.lost, counts.refused), (0, 0));
+    assert!(counts.steps > 100, "{counts:?}");
+}
+
 #[test]
 fn the_attacks_break_what_is_not_guaranteed() {
     assert!(all_attacks("box-state-est printed products", "linear", 10).lost > 0);

@@ -1,7 +1,7 @@
 //! The point h that an expansion is made about.
 
 use serde::{Deserialize, Serialize};
-use zonobench_sets::lp::LinearProgram;
+use zonobench_sets::lp::{Emptiness, LinearProgram};
 use zonobench_sets::{
     ConstrainedZonotope, Containment, Interval, IntervalVector, Matrix, SetError,
 };
@@ -130,16 +130,28 @@ pub fn closest_point(
         cost[g + 2 * j + 1] = -weight(j) / largest;
     }
     lp.load(&rows, &right, &slack)?;
-    lp.maximize(&cost)?;
-    let offset = x.g().mul_vec(&lp.point()[..g]);
-    Ok(x.c().iter().zip(offset).map(|(c, o)| c + o).collect())
+    let at = |xi: &[f64]| {
+        let offset = x.g().mul_vec(xi);
+        x.c().iter().zip(offset).map(|(c, o)| c + o).collect()
+    };
+    match lp.maximize(&cost) {
+        // R and p − c are rounded, so that this program may be empty and the set is not.
+        Err(SetError::Empty { op }) => match x.emptiness() {
+            Emptiness::Empty => Err(SetError::Empty { op }),
+            Emptiness::NonEmpty(xi) => Ok(at(&xi)),
+            Emptiness::Undecided { .. } => Ok(x.c().to_vec()),
+        },
+        Err(other) => Err(other),
+        Ok(_) => Ok(at(&lp.point()[..g])),
+    }
 }
 
 /// m with c + G m = h (up to rounding) that keeps the half-widths of [m_j ± ρ_j] ⊇ E_j small: the least
 /// Σ_j |m_j − mid E_j|.
 ///
 /// With m = mid E + R (η⁺ − η⁻)/2: maximise −Σ (η⁺_j + η⁻_j) over G R (η⁺ − η⁻)/2 = h − c − G mid E, R the
-/// 1-norm of the solution of least 2-norm.
+/// 1-norm of the solution of least 2-norm. Where G has rows that depend on each other, h may be off them by a
+/// rounding and the program have no solution; then m = mid E: any m is right, this one is only wider.
 ///
 /// Source: [Rego2020, Prop. 2]: its program minimises ½ Σ (ξᵁ − ξᴸ) over boxes [ξᴸ, ξᵁ] ⊇ E of middle m.
 pub fn coordinates_of(
@@ -162,10 +174,59 @@ pub fn coordinates_of(
         sign * reach * x.g()[(i, j / 2)]
     });
     lp.load(&rows, &right, &vec![0.0; n])?;
-    lp.maximize(&vec![-1.0; 2 * p])?;
+    match lp.maximize(&vec![-1.0; 2 * p]) {
+        Err(SetError::Empty { .. }) => return Ok(m),
+        solved => solved?,
+    };
     let eta = lp.point();
     for (j, m) in m.iter_mut().enumerate() {
         *m += 0.5 * reach * (eta[2 * j] - eta[2 * j + 1]);
     }
     Ok(m)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn set(g: &[[f64; 2]], a: &[[f64; 2]], b: &[f64]) -> ConstrainedZonotope {
+        let a = match a {
+            [] => Matrix::zeros(0, 2),
+            a => Matrix::from_rows(a).unwrap(),
+        };
+        ConstrainedZonotope::new(
+            vec![0.0; g.len()],
+            Matrix::from_rows(g).unwrap(),
+            a,
+            b.to_vec(),
+        )
+        .unwrap()
+    }
+
+    /// Two rows that say the same, and a point that is off one of them by less than a rounding of the set.
+    #[test]
+    fn coordinates_of_a_point_beside_a_flat_set_are_no_proof_of_emptiness() {
+        let flat = set(&[[1.0, 0.5], [1.0, 0.5]], &[], &[]);
+        let ranges = [Interval::new(-1.0, 1.0).unwrap(); 2];
+        let mut lp = LinearProgram::new();
+        let m = coordinates_of(&flat, &[0.25, 0.25 + 1e-9], &ranges, &mut lp).unwrap();
+        assert_eq!(m, [0.0, 0.0]);
+        let m = coordinates_of(&flat, &[0.25, 0.25], &ranges, &mut lp).unwrap();
+        assert!((m[0] + 0.5 * m[1] - 0.25).abs() < 1e-12, "{m:?}");
+    }
+
+    #[test]
+    fn the_closest_point_of_an_empty_set_is_an_error_and_of_a_single_point_is_it() {
+        let square = [[1.0, 0.0], [0.0, 1.0]];
+        let mut lp = LinearProgram::new();
+        let empty = set(&square, &[[1.0, 1.0]], &[2.5]);
+        let outcome = closest_point(&empty, &[0.0, 0.0], None, &mut lp);
+        assert!(
+            matches!(outcome, Err(SetError::Empty { .. })),
+            "{outcome:?}"
+        );
+        let corner = set(&square, &[[1.0, 1.0]], &[2.0]);
+        let point = closest_point(&corner, &[-1.0, -1.0], None, &mut lp).unwrap();
+        assert!(point.iter().all(|x| (x - 1.0).abs() < 1e-9), "{point:?}");
+    }
 }
