@@ -7,6 +7,7 @@ use crate::experiment::Experiment;
 use crate::lake;
 use crate::ledger;
 use crate::long_campaign::{self, Until};
+use crate::numbers;
 use crate::papers::{self, Paper};
 use crate::progress::{Progress, Verbosity};
 use crate::query;
@@ -187,6 +188,9 @@ enum Command {
     Verify {
         #[command(flatten)]
         lake: LakeArg,
+        /// Only print a hash of the numbers of each table, to compare builds and machines
+        #[arg(long)]
+        numbers: bool,
     },
 }
 
@@ -371,7 +375,14 @@ fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
             print(&found.text)?;
             Ok(u8::from(found.broken))
         }
-        Command::Verify { lake } => verify(&lake.lake),
+        Command::Verify {
+            lake,
+            numbers: true,
+        } => {
+            print(&numbers::text(&numbers::of_lake(&lake.lake)?))?;
+            Ok(0)
+        }
+        Command::Verify { lake, .. } => verify(&lake.lake),
     }
 }
 

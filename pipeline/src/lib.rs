@@ -14,6 +14,7 @@ mod kept;
 pub mod lake;
 pub mod ledger;
 pub mod long_campaign;
+pub mod numbers;
 pub mod papers;
 pub mod progress;
 pub mod published;

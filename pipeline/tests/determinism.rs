@@ -52,6 +52,40 @@ fn the_lake_has_the_same_bytes_at_any_number_of_threads() {
     }
 }
 
+/// The hashes stand for the values: the same in a lake of other bytes, others where one value is another.
+#[test]
+fn hashes_of_the_numbers_follow_the_values() {
+    let folder = Folder::with_small();
+    folder.write("other.toml", changed("seed = 7", "seed = 8"));
+    folder.write("worded.toml", changed("id = \"kf\"", "id = \"kg\""));
+    let numbers = |file: &str, lake: &str| {
+        folder.done(&["run", file, "--lake", lake]);
+        folder.done(&["verify", "--numbers", "--lake", lake]).stdout
+    };
+    let line = |text: &str, table: &str| {
+        let start = format!("{table}, ");
+        let line = text.lines().find(|line| line.starts_with(&start));
+        line.unwrap_or_else(|| panic!("no {table} in {text}"))
+            .to_owned()
+    };
+    let (first, again) = (
+        numbers("small.toml", "lake"),
+        numbers("small.toml", "again"),
+    );
+    assert_eq!(first, again);
+    let other = numbers("other.toml", "other");
+    for table in ["truth", "measurements", "estimates", "scores", "all"] {
+        assert_ne!(line(&first, table), line(&other, table));
+    }
+    assert_eq!(
+        line(&first, "truth").split(' ').nth(1),
+        Some("4880"),
+        "40 runs, 61 steps, 2 components"
+    );
+    let worded = numbers("worded.toml", "worded");
+    assert_eq!(line(&first, "truth"), line(&worded, "truth"));
+}
+
 #[test]
 fn a_second_run_makes_nothing() {
     let folder = Folder::with_small();
