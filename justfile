@@ -52,9 +52,10 @@ bench *ARGS:
 criterion *ARGS:
     cargo bench -p zonobench-sets -p zonobench-estimation --bench '*' -- {{ ARGS }}
 
-# Hostile linear programs and reductions against exact arithmetic, for so many seconds from this seed
+# Hostile linear programs and reductions against exact arithmetic, then changed TOML, CSV, JSON and Parquet, each for so many seconds from this seed
 fuzz SECONDS="60" SEED="1":
     cargo run --quiet -p zonobench-sets --example fuzz -- {{ SECONDS }} {{ SEED }}
+    ZONOBENCH_FUZZ_SECONDS={{ SECONDS }} ZONOBENCH_FUZZ_SEED={{ SEED }} cargo test --quiet -p zonobench --test inputs -- --ignored --nocapture
 
 # Write reports/timings.csv from the lake and measure reports/step-times.csv, the only times that the committed reports show
 record-timings LAKE="lake":

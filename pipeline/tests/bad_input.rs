@@ -591,3 +591,80 @@ fn a_reader_who_goes_away_is_no_failure() {
             .says(&["cannot write to the standard output"]);
     }
 }
+
+/// The record of a long campaign is read as what it is: somebody's file.
+#[test]
+fn a_record_of_attacks_that_is_none_is_refused() {
+    let folder = Folder::new();
+    let header =
+        "paper,system,estimator,attack,guaranteed,units,steps,undecided,lost,empty,refused,code";
+    let row = |values: &str| format!("{header}\n{values}\n");
+    let cases: &[(&str, String, &[&str])] = &[
+        ("no header", "a,b\n1,2\n".into(), &["attack.csv", "paper"]),
+        (
+            "a number that is none",
+            row("box,linear,box-state-est,uniform,true,1,many,0,0,0,0,0123456789abcdef"),
+            &["attack.csv", "line: 2"],
+        ),
+        (
+            "more lost than judged",
+            row("box,linear,box-state-est,uniform,true,1,40,0,41,0,0,0123456789abcdef"),
+            &["attack.csv", "lost + undecided <= steps"],
+        ),
+        (
+            "another estimator",
+            row("box,linear,oracle,uniform,true,1,40,0,0,0,0,0123456789abcdef"),
+            &["attack.csv", "cases of the campaign", "oracle"],
+        ),
+        (
+            "counts of other code",
+            row("box,linear,box-state-est,uniform,true,1,40,0,0,0,0,0123456789abcdef"),
+            &["attack.csv", "begin a new file", "0123456789abcdef"],
+        ),
+    ];
+    for (what, text, parts) in cases {
+        folder.write("attack.csv", text);
+        let recorded = folder.run(&["attack", "box", "--record", "attack.csv", "--sets", "200"]);
+        println!("{what}: {}", recorded.stderr);
+        assert_ne!(recorded.code, Some(0), "{what}");
+        recorded.says(parts);
+        assert_eq!(
+            std::fs::read_to_string(folder.path("attack.csv")).unwrap(),
+            *text,
+            "{what}"
+        );
+    }
+}
+
+#[test]
+fn a_record_of_attacks_goes_on_and_is_counted_again() {
+    let folder = Folder::new();
+    let record = |sets: &str| {
+        folder.done(&[
+            "attack",
+            "box",
+            "--record",
+            "attack.csv",
+            "--sets",
+            sets,
+            "--quiet",
+        ]);
+        std::fs::read_to_string(folder.path("attack.csv")).unwrap()
+    };
+    let steps = |text: &str| -> u64 {
+        let rows = text.lines().skip(1);
+        rows.map(|row| row.split(',').nth(6).unwrap().parse::<u64>().unwrap())
+            .sum()
+    };
+    let (first, more) = (record("1000"), record("3000"));
+    assert!(steps(&first) >= 1000 && steps(&more) > steps(&first));
+    folder.done(&["attack", "box", "--recount", "attack.csv"]);
+    // One set less in a row, and the recount says in which.
+    let row = more.lines().nth(1).unwrap();
+    let mut cells: Vec<String> = row.split(',').map(str::to_owned).collect();
+    cells[6] = (cells[6].parse::<u64>().unwrap() - 1).to_string();
+    folder.write("attack.csv", more.replace(row, &cells.join(",")));
+    let recounted = folder.run(&["attack", "box", "--recount", "attack.csv"]);
+    assert_ne!(recounted.code, Some(0));
+    recounted.says(&["attack.csv", &cells[2], &cells[3]]);
+}

@@ -9,7 +9,7 @@ use program::{Folder, Outcome, RESULTS, SMALL, assert_same, files_below, manifes
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Child, Stdio};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 /// What an undisturbed run of [`SMALL`] leaves.
 fn undisturbed() -> BTreeMap<String, Vec<u8>> {
@@ -145,6 +145,97 @@ fn a_published_file_that_no_manifest_came_to_know_is_cleared_away() {
     folder.done(&["run", "small.toml"]);
     assert!(!folder.path(stray).exists() && folder.path(other).exists());
     assert_same("without the stray", &folder.vouched("lake"), &expected);
+}
+
+/// Sets the time of change of every file below `folder`.
+fn stamped(folder: &Path, time: SystemTime) {
+    for path in files_below(folder) {
+        let file = std::fs::File::options().append(true).open(&path).unwrap();
+        file.set_modified(time).unwrap();
+    }
+}
+
+/// Nothing is decided by a time: not by that of a file, which a clock that jumps puts before what it was made from or
+/// long after now, and what is damaged is found without it.
+#[test]
+fn a_clock_that_jumps_makes_nothing_run_and_hides_nothing() {
+    let folder = Folder::with_small();
+    folder.done(&["run", "small.toml"]);
+    let expected = folder.vouched("lake");
+    let year = Duration::from_secs(365 * 24 * 3600);
+    let now = SystemTime::now();
+    for time in [SystemTime::UNIX_EPOCH, now - year, now + 10 * year] {
+        stamped(&folder.path("lake"), time);
+        assert_eq!(folder.done(&["run", "small.toml"]).tally(), (0, RESULTS));
+        // The experiment is younger than its results, then older.
+        stamped(&folder.path("lake"), SystemTime::UNIX_EPOCH);
+        assert_eq!(folder.done(&["run", "small.toml"]).tally(), (0, RESULTS));
+        folder.done(&["verify"]);
+        // Half of a run, and the clock jumps before it goes on.
+        let lake = "later";
+        killed_at(&folder, lake, 12);
+        let survived = finished(&folder, lake);
+        stamped(&folder.path(lake), time);
+        let again = folder.done(&["run", "small.toml", "--lake", lake]);
+        assert_eq!(again.tally(), (RESULTS - survived, survived));
+        assert_same("after the jump", &folder.vouched(lake), &expected);
+        std::fs::remove_dir_all(folder.path(lake)).unwrap();
+    }
+    // A changed byte under the time that the file had before.
+    let table = folder.path("lake/scores/paper=mine/experiment=small/part-0.parquet");
+    let time = std::fs::metadata(&table).unwrap().modified().unwrap();
+    damage(&table, Damage::Changed);
+    stamped(table.parent().unwrap(), time);
+    folder.run(&["verify"]).ends_with(1);
+    folder.done(&["run", "small.toml"]);
+    assert_same("mended", &folder.vouched("lake"), &expected);
+}
+
+/// The stages that run no filter: a campaign and counts, stopped and taken up.
+#[test]
+fn claims_counts_and_attacks_survive_a_kill_as_well() {
+    let folder = Folder::new();
+    let arguments = |lake: &'static str| {
+        [
+            "reproduce-all",
+            "--quick",
+            "--paper",
+            "box",
+            "--paper",
+            "ezgkf",
+            "--lake",
+            lake,
+            "--reports",
+            "pages",
+        ]
+    };
+    folder.done(&arguments("whole"));
+    let expected = folder.vouched("whole");
+    for table in ["attack", "claims", "complexity", "comparison"] {
+        let start = format!("{table}/");
+        assert!(
+            expected.keys().any(|path| path.starts_with(&start)),
+            "{table}"
+        );
+    }
+    let last = files_below(&folder.path("whole")).len();
+    let mut kills = 0;
+    for part in 1..6 {
+        let at = part * last / 6;
+        let mut child = started(&folder, &arguments("lake"));
+        while child.try_wait().unwrap().is_none() {
+            if files_below(&folder.path("lake")).len() >= at {
+                child.kill().unwrap(); // SIGKILL
+                kills += usize::from(child.wait().unwrap().code().is_none());
+                break;
+            }
+            std::thread::sleep(Duration::from_micros(100));
+        }
+    }
+    assert!(kills >= 3, "{kills} kills came before the end");
+    folder.done(&arguments("lake"));
+    assert_same("after the kills", &folder.vouched("lake"), &expected);
+    folder.done(&["verify", "--lake", "lake"]);
 }
 
 /// A way to damage a file.
