@@ -220,3 +220,50 @@ fn thin_sets_keep_their_points_and_their_widths() {
     // The strips confine the first component, and the others a thousand times less.
     assert!(hull[0].width() < 1e-5 && hull[1].width() > 1e-4, "{hull:?}");
 }
+
+/// Coordinates of ±1 at which the set ends, as the generators have their signs: that point must be in what is left after
+/// an elimination, whose coefficients are all rounded. Equal coefficients of opposite signs meet the constraint exactly
+/// and narrow no range, so that nothing else is charged.
+#[test]
+fn an_elimination_keeps_the_end_of_the_set() {
+    let mut s = Source(36);
+    for _ in 0..2000 {
+        let pairs = 1 + s.below(30);
+        let (mut a, mut g) = (Vec::new(), Vec::new());
+        for _ in 0..pairs {
+            let coefficient = s.unit();
+            a.extend([coefficient, coefficient]);
+            g.extend([3.0 + s.unit(), -3.0 - s.unit()]);
+        }
+        let end: Q = g.iter().map(|&g| q(g).abs()).sum();
+        let [a, g] = [a, g].map(|row| Matrix::from_rows(&[row]).unwrap());
+        let x = ConstrainedZonotope::new(vec![0.0], g, a, vec![0.0]).unwrap();
+        let reduced = scott::eliminate_constraints(&x, 0).unwrap();
+        assert!(support(reduced.zonotope(), &[1.0]) >= end);
+    }
+}
+
+/// In the plane a zonotope lies in another if it does so along the normals of the other's edges. Generators that are
+/// all but parallel make a block T whose inverse is large, so that what T ρ misses of a generator is a long way in
+/// the coordinates of T.
+#[test]
+fn method_4_contains_flat_zonotopes() {
+    let mut s = Source(37);
+    for _ in 0..1000 {
+        let p = 4 + s.below(12);
+        let (slope, thin) = (s.sym(), s.scale(10.0).abs().min(1.0));
+        let g = Matrix::from_rows(&{
+            let along: Vec<f64> = (0..p).map(|_| s.sym()).collect();
+            let across = along.iter().map(|x| slope * x + thin * s.sym()).collect();
+            [along.clone(), across]
+        });
+        let z = Zonotope::new(vec![s.sym(), s.sym()], g.unwrap()).unwrap();
+        let reduced = yang_scott::reduce(&z, 2 + s.below(2)).unwrap();
+        let edges = (0..reduced.generators()).map(|j| [-reduced.g()[(1, j)], reduced.g()[(0, j)]]);
+        for d in edges.chain([[1.0, 0.0], [0.0, 1.0]]) {
+            for d in [d, [-d[0], -d[1]]] {
+                assert!(support(&z, &d) <= support(&reduced, &d), "{d:?} of {z:?}");
+            }
+        }
+    }
+}
