@@ -13,7 +13,7 @@ use zonobench_estimation::propagation::{
 use zonobench_estimation::systems::{Measured, QuotientForm, Raimondo};
 use zonobench_sets::lp::LinearProgram;
 use zonobench_sets::number::{Function, Real};
-use zonobench_sets::{ConstrainedZonotope, IntervalVector, Matrix, Zonotope, strip};
+use zonobench_sets::{ConstrainedZonotope, Interval, IntervalVector, Matrix, Zonotope, strip};
 
 /// The reference rounds to nearest; outward rounding and other orders move its numbers by some 1e-15.
 const TOLERANCE: f64 = 1e-12;
@@ -423,4 +423,39 @@ fn a_domain_that_touches_the_pole_is_an_error() {
         )
         .is_err()
     );
+}
+
+/// η(z) = (z, z³).
+struct Cube;
+
+impl Function for Cube {
+    fn inputs(&self) -> usize {
+        1
+    }
+    fn outputs(&self) -> usize {
+        2
+    }
+    fn evaluate<S: Real>(&self, x: &[S], y: &mut [S]) {
+        (y[0], y[1]) = (x[0], x[0] * x[0] * x[0]);
+    }
+}
+
+/// About h = 0.9, far from the center, z³ has at z = −1 a curvature of 0.8 where the Hessian over [−13, 1] says −39
+/// to 3: each of the terms in p = c − h must bring all of its width.
+#[test]
+fn terms_off_the_center_bring_their_width() {
+    let z = ConstrainedZonotope::new(
+        vec![0.0],
+        Matrix::identity(1),
+        Matrix::zeros(0, 1),
+        Vec::new(),
+    );
+    let over: IntervalVector = [Interval::new(-13.0, 1.0).unwrap()].into_iter().collect();
+    for expansion in [Expansion::Full, Expansion::Lean] {
+        let z = z.clone().unwrap();
+        let set = first_order_about(&Cube, &z, &over, &[0.9], Remainder::Symmetric, expansion);
+        // The slope of the linear part is 34.83: along (−36, 1) the set is longest at z = −1, where it holds (−1, −1).
+        let bound = set.unwrap().supports(&[[-36.0, 1.0]]).unwrap()[0];
+        assert!(bound >= 35.0, "{expansion:?}: {bound}");
+    }
 }
