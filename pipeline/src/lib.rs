@@ -7,6 +7,7 @@
 pub mod bad_input;
 pub mod campaign;
 pub mod cli;
+mod decoded;
 pub mod engine;
 pub mod error;
 pub mod experiment;

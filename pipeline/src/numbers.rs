@@ -4,6 +4,7 @@
 //! order of the rows. Texts, compression and versions of libraries have no part in it, so these hashes compare
 //! builds, machines and versions of this program. Times (`timings`) are left out.
 
+use crate::decoded::until_damaged;
 use crate::error::Error;
 use crate::lake::{self, Entry};
 use arrow_array::cast::AsArray;
@@ -76,8 +77,8 @@ fn of_file(path: &Path) -> Result<(u64, blake3::Hash), Error> {
     let mut columns: BTreeMap<String, blake3::Hasher> = BTreeMap::new();
     let mut rows = 0;
     let mut bytes = Vec::new();
-    for batch in reader {
-        let batch = batch.map_err(|e| Error::parquet(path, e.into()))?;
+    for batch in until_damaged(reader) {
+        let batch = batch.map_err(|e| Error::parquet(path, e))?;
         rows += batch.num_rows() as u64;
         for (field, column) in batch.schema_ref().fields().iter().zip(batch.columns()) {
             bytes.clear();

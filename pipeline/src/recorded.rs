@@ -6,6 +6,7 @@
 
 use crate::Error;
 use crate::bad_input::{BadInput, listed, nearest};
+use crate::decoded::until_damaged;
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float32Type, Float64Type, Int32Type, Int64Type, UInt32Type, UInt64Type};
 use arrow_array::{Array, RecordBatch};
@@ -335,7 +336,7 @@ fn read_parquet(path: &Path, names: &[&str], prefix: &str) -> Result<Recording, 
         n: names.len(),
     };
     let mut row_number = 0;
-    for batch in reader {
+    for batch in until_damaged(reader) {
         let batch = batch.map_err(|error| refused(&error))?;
         for i in 0..batch.num_rows() {
             row_number += 1;

@@ -5,6 +5,7 @@
 //! column carries its unit and description in the Arrow field's metadata. NaN is refused: null means
 //! "not applicable" and ±∞ "unbounded".
 
+use crate::decoded::until_damaged;
 use crate::error::Error;
 use arrow_array::builder::{
     BooleanBuilder, Float64Builder, Int32Builder, Int64Builder, ListBuilder, StringBuilder,
@@ -475,7 +476,7 @@ pub fn columns<R: Row>(
         .build()
         .map_err(|e| Error::parquet(path, e))?;
     let path = path.to_owned();
-    Ok(reader.map(move |batch| batch.map_err(|e| Error::parquet(&path, e.into()))))
+    Ok(until_damaged(reader).map(move |batch| batch.map_err(|e| Error::parquet(&path, e))))
 }
 
 /// Checks that a file's columns have this table's names and types, in order.
