@@ -22,3 +22,27 @@ pub fn until_damaged<T, E: Into<ParquetError>>(
         next?.transpose()
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three items, of which the second is what `second` gives.
+    fn read(second: fn() -> Result<u8, ParquetError>) -> Vec<Result<u8, String>> {
+        let items = [|| Ok(1), second, || Ok(3)];
+        until_damaged(items.into_iter().map(|item| item()))
+            .map(|item| item.map_err(|e| e.to_string()))
+            .collect()
+    }
+
+    #[test]
+    fn a_panic_is_an_error_and_nothing_is_read_after_it() {
+        assert_eq!(read(|| Ok(2)), [Ok(1), Ok(2), Ok(3)]);
+        let panicked = read(|| panic!("offset out of bounds"));
+        assert_eq!((panicked.len(), &panicked[0]), (2, &Ok(1)));
+        assert!(panicked[1].as_ref().unwrap_err().contains("damaged"));
+        let failed = read(|| Err(ParquetError::General("no page".into())));
+        assert_eq!((failed.len(), &failed[0]), (2, &Ok(1)));
+        assert!(failed[1].as_ref().unwrap_err().contains("no page"));
+    }
+}

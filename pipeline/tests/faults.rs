@@ -43,7 +43,12 @@ fn started(folder: &Folder, arguments: &[&str]) -> Child {
 /// Starts `run` and kills it when `lake` holds `at` files: time measured in progress, so that a slow
 /// machine meets the same moments as a fast one. True if the kill came before the end.
 fn killed_at(folder: &Folder, lake: &str, at: usize) -> bool {
-    let mut child = started(folder, &["run", "small.toml", "--lake", lake]);
+    killed_with(folder, &["run", "small.toml", "--lake", lake], lake, at)
+}
+
+/// As [`killed_at`], with any command that fills `lake`.
+fn killed_with(folder: &Folder, arguments: &[&str], lake: &str, at: usize) -> bool {
+    let mut child = started(folder, arguments);
     while child.try_wait().unwrap().is_none() {
         if files_below(&folder.path(lake)).len() >= at {
             child.kill().unwrap(); // SIGKILL
@@ -222,15 +227,7 @@ fn claims_counts_and_attacks_survive_a_kill_as_well() {
     let mut kills = 0;
     for part in 1..6 {
         let at = part * last / 6;
-        let mut child = started(&folder, &arguments("lake"));
-        while child.try_wait().unwrap().is_none() {
-            if files_below(&folder.path("lake")).len() >= at {
-                child.kill().unwrap(); // SIGKILL
-                kills += usize::from(child.wait().unwrap().code().is_none());
-                break;
-            }
-            std::thread::sleep(Duration::from_micros(100));
-        }
+        kills += usize::from(killed_with(&folder, &arguments("lake"), "lake", at));
     }
     assert!(kills >= 3, "{kills} kills came before the end");
     folder.done(&arguments("lake"));
