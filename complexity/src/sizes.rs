@@ -77,7 +77,7 @@ pub fn of_constrained_zonotopes() -> Vec<Row> {
             let z = x.cartesian_product(&w);
             let over = z.interval_hull().expect(VALID);
             // Any h other than the center brings the last term in.
-            let h: Vec<f64> = over.mid();
+            let h = over.mid();
             let set = first_order_about(&f, &z, &over, &h, Remainder::Symmetric, Expansion::Full)
                 .expect(VALID);
             let (g, c) = (z.generators(), z.constraints());

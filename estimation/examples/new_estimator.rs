@@ -15,7 +15,7 @@ struct Box(IntervalVector);
 
 impl Belief for Box {
     fn center(&self) -> Vec<f64> {
-        self.0.mid()
+        self.0.mid().into_vec()
     }
     fn interval_hull(&self) -> Option<IntervalVector> {
         Some(self.0.clone())

@@ -191,7 +191,7 @@ impl Uncertain {
             let radius = up(row.iter().fold(0.0, |s, g| s + g.abs()), row.len());
             Interval::from_center_radius(c, radius)
         });
-        IntervalVector::new(sides.collect())
+        sides.collect()
     }
 
     /// Checks every part against dimension `n`: shapes, finite numbers, symmetry and definiteness.

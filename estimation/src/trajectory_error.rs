@@ -123,11 +123,9 @@ fn in_frame(q: &Matrix, m: &IntervalMatrix, z: &IntervalVector, l: &[Interval]) 
         f64::INFINITY
     };
     let band = Interval::from_center_radius(0.0, widening);
-    IntervalVector::new(
-        sum.into_iter()
-            .map(|s| if largest == 0.0 { s } else { s + band })
-            .collect(),
-    )
+    sum.into_iter()
+        .map(|s| if largest == 0.0 { s } else { s + band })
+        .collect()
 }
 
 /// An orthonormal matrix, up to rounding, whose first columns span the longest columns of M diag(r):
@@ -138,7 +136,7 @@ fn orthonormal_frame(m: &Matrix, r: &[f64]) -> Matrix {
         return Matrix::identity(n);
     }
     let norm = |v: &[f64]| v.iter().fold(0.0, |s, x| s + x * x).sqrt();
-    let directions: Vec<Vec<f64>> = (0..n).map(|j| m.col(j)).collect();
+    let directions: Vec<Vec<f64>> = (0..n).map(|j| m.col(j).into_vec()).collect();
     let lengths: Vec<f64> = directions.iter().zip(r).map(|(d, r)| norm(d) * r).collect();
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|&a, &b| lengths[b].total_cmp(&lengths[a]));

@@ -242,7 +242,7 @@ fn vertices_of_zonotopes_with_more_generators_than_dimensions_are_kept_by_every_
     for _ in 0..20 {
         let n = 2;
         let zonotope = |p: usize, size: f64, draws: &mut Draws| {
-            let c = (0..n).map(|_| draws.signed()).collect();
+            let c: Vec<f64> = (0..n).map(|_| draws.signed()).collect();
             Zonotope::new(c, draws.matrix(n, p).scale(size)).unwrap()
         };
         let x = zonotope(3, 0.3, &mut draws);

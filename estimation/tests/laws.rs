@@ -3,13 +3,14 @@
 
 mod draws;
 
+use allocation_counter::measure;
 use draws::Draws;
 use zonobench_estimation::estimator::{Containment, KINDS, Phase};
 use zonobench_estimation::estimators::BoxStateEst;
 use zonobench_estimation::systems::{Form, Linear, Lpv, VanDerPol, VehicleSe2};
 use zonobench_estimation::{
     AnyBelief, AnyEstimator, AnySystem, Belief, EstimationError, Estimator, EstimatorSettings,
-    Problem, System, Uncertain, track,
+    Online, Problem, System, Uncertain, track,
 };
 use zonobench_sets::{Interval, Matrix};
 
@@ -553,4 +554,44 @@ fn systems_on_intervals_contain_their_values_at_points() {
             .to_string()
             .contains("unknown field `x`")
     );
+}
+
+/// Once its lists have found their sizes, a filter in a loop asks the allocator for what nalgebra's inverse takes and
+/// nothing else: 100 steps after 200.
+#[test]
+fn a_step_in_a_loop_allocates_nothing_but_an_inverse() {
+    let (u, y) = data(300);
+    for (settings, allowed) in [
+        (r#"{"kind": "kalman"}"#, 0),
+        (r#"{"kind": "zmv", "generators": 12}"#, 0),
+        (r#"{"kind": "zfo", "generators": 12}"#, 0),
+        (r#"{"kind": "czmv", "generators": 12, "constraints": 3}"#, 0),
+        (
+            r#"{"kind": "czmv", "generators": 12, "constraints": 3, "h": "c1"}"#,
+            2,
+        ),
+        (
+            r#"{"kind": "ezgkf", "phi": 12, "eta": 0.5, "alpha": 0.01}"#,
+            3,
+        ),
+        (
+            r#"{"kind": "ezgkf-m", "phi": 12, "eta": 0.2, "alpha": 0.01}"#,
+            3,
+        ),
+        (
+            r#"{"kind": "ezgkp", "phi": 12, "eta": 0.7, "alpha": 0.01}"#,
+            3,
+        ),
+    ] {
+        let mut online = Online::new(AnyEstimator::new(&parse(settings), &problem()).unwrap());
+        let mut step = |k: usize| {
+            if k > 0 {
+                online.advance(&u[k - 1]).unwrap();
+            }
+            online.measure(&u[k], &y[k]).unwrap();
+        };
+        (0..=200).for_each(&mut step);
+        let asked = measure(|| (201..=300).for_each(&mut step));
+        assert!(asked.count_total <= 100 * allowed, "{settings}: {asked:?}");
+    }
 }

@@ -1,12 +1,13 @@
 //! The quadrotor of twelve states: thin sets, certified membership at every step.
 
+use allocation_counter::measure;
 use zonobench_estimation::controller::Controller;
 use zonobench_estimation::estimator::{Containment, Phase};
 use zonobench_estimation::simulate::{Drawn, InitialState, Law, Noise};
 use zonobench_estimation::systems::Quadrotor;
 use zonobench_estimation::{
-    AnyEstimator, AnySystem, Belief, Estimator, Inputs, Problem, Trajectory, Truth, Uncertain,
-    simulate, track,
+    AnyEstimator, AnySystem, Belief, Estimator, Inputs, Online, Problem, Trajectory, Truth,
+    Uncertain, simulate, track,
 };
 use zonobench_sets::Interval;
 
@@ -94,6 +95,45 @@ fn the_state_is_proved_inside_every_set_of_every_filter() {
     assert!(radii[2] < 0.95 * radii[0], "{radii:?}");
     assert!((radii[4] / radii[2] - 1.0).abs() < 0.05, "{radii:?}");
     assert!((radii[5] / radii[3] - 1.0).abs() < 0.05, "{radii:?}");
+}
+
+/// Once its lists have found their sizes, a filter in a loop does not ask the allocator: 100 steps after 150.
+#[test]
+fn a_step_of_a_filter_in_a_loop_allocates_nothing() {
+    const WARM: usize = 150;
+    let problem = problem();
+    let t = flight(&problem, WARM + 100);
+    let czmv = r#"{"kind": "czmv", "generators": 40, "constraints": 12}"#;
+    for (settings, every) in [
+        (czmv, 1),
+        (czmv, 10),
+        (r#"{"kind": "czmv", "generators": 25, "constraints": 3}"#, 1),
+        (r#"{"kind": "zmv", "generators": 40}"#, 1),
+        (r#"{"kind": "zfo", "generators": 25}"#, 1),
+        (
+            r#"{"kind": "czfo", "generators": 40, "constraints": 12, "h": "c3", "expansion": "lean"}"#,
+            1,
+        ),
+    ] {
+        let settings_of = serde_json::from_str(settings).unwrap();
+        let mut filter = Online::new(AnyEstimator::new(&settings_of, &problem).unwrap());
+        let y: Vec<Vec<Option<f64>>> = (t.y.iter().enumerate())
+            .map(|(k, y)| {
+                let there = |i: usize| i > 2 || k % every == 0;
+                (y.iter().enumerate())
+                    .map(|(i, &y)| there(i).then_some(y))
+                    .collect()
+            })
+            .collect();
+        let mut fly = |steps: std::ops::RangeInclusive<usize>| {
+            for k in steps {
+                filter.step(&t.u[k.max(1) - 1], &y[k]).unwrap();
+            }
+        };
+        fly(0..=WARM);
+        let asked = measure(|| fly(WARM + 1..=WARM + 100));
+        assert_eq!(asked.count_total, 0, "{settings}, {every}: {asked:?}");
+    }
 }
 
 #[test]

@@ -88,7 +88,7 @@ fn assert_close(what: &str, got: f64, expected: f64) {
 
 /// The columns in an order of their own, to compare lists that are sorted differently.
 fn sorted_columns(h: &Matrix) -> Vec<Vec<f64>> {
-    let mut columns: Vec<Vec<f64>> = (0..h.cols()).map(|j| h.col(j)).collect();
+    let mut columns: Vec<Vec<f64>> = (0..h.cols()).map(|j| h.col(j).into_vec()).collect();
     let key = |c: &Vec<f64>| c.iter().map(|x| (x * 1e9).round()).collect::<Vec<f64>>();
     columns.sort_by(|a, b| key(a).partial_cmp(&key(b)).unwrap());
     columns

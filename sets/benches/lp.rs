@@ -39,7 +39,7 @@ fn cases(n: usize, rows: usize, cols: usize) -> Vec<Case> {
         let g = Matrix::from_fn(n, cols, |_, _| s.normal());
         let a = Matrix::from_fn(rows, cols, |_, _| s.normal());
         let inside: Vec<f64> = (0..cols).map(|_| s.sym()).collect();
-        let b = a.mul_vec(&inside);
+        let b = a.mul_vec(&inside).into_vec();
         Case {
             minus: g.scale(-1.0),
             g,

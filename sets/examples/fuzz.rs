@@ -89,7 +89,7 @@ fn program(bits: &mut Bits) -> Option<String> {
     // A right side that some point meets up to rounding, or none in particular.
     let b = match bits.below(3) {
         0 => bits.numbers(rows, spread),
-        _ => a.mul_vec(&bits.inside(cols)),
+        _ => a.mul_vec(&bits.inside(cols)).into_vec(),
     };
     let delta: Vec<f64> = (0..rows)
         .map(|_| bits.below(2) as f64 * bits.number(spread).abs() * 1e-9)
@@ -130,7 +130,7 @@ fn reduction(bits: &mut Bits) -> Option<String> {
         let off = (exact - q(b)).abs().to_f64();
         off.map_or(f64::INFINITY, |x| x.next_up().next_up())
     };
-    let delta = times(&a).into_iter().zip(&b).map(off).collect();
+    let delta: Vec<f64> = times(&a).into_iter().zip(&b).map(off).collect();
     let x: Vec<BigRational> = times(&g)
         .into_iter()
         .zip(qs(&c))

@@ -6,7 +6,7 @@
 
 use crate::interval_vector::same_dimension;
 use crate::number::{self, Function};
-use crate::{Interval, IntervalVector, Matrix, SetError, ops};
+use crate::{Interval, IntervalVector, List, Matrix, SetError, ops};
 use std::fmt;
 use std::ops::{Index, IndexMut, Range};
 
@@ -15,7 +15,7 @@ use std::ops::{Index, IndexMut, Range};
 pub struct IntervalMatrix {
     rows: usize,
     cols: usize,
-    data: Vec<Interval>,
+    data: List<Interval>,
 }
 
 impl IntervalMatrix {
@@ -24,7 +24,7 @@ impl IntervalMatrix {
         Self {
             rows,
             cols,
-            data: vec![Interval::ZERO; rows * cols],
+            data: List::filled(Interval::ZERO, rows * cols),
         }
     }
 
@@ -41,7 +41,7 @@ impl IntervalMatrix {
 
     /// The `rows` × `cols` matrix whose entry (i, j) is `f(i, j)`.
     pub fn from_fn(rows: usize, cols: usize, mut f: impl FnMut(usize, usize) -> Interval) -> Self {
-        let mut data = Vec::with_capacity(rows * cols);
+        let mut data = List::with_capacity(rows * cols);
         for i in 0..rows {
             for j in 0..cols {
                 data.push(f(i, j));
@@ -61,7 +61,7 @@ impl IntervalMatrix {
         Ok(Self {
             rows: lower.rows(),
             cols: lower.cols(),
-            data: sides.into_sides(),
+            data: sides.into_sides().into(),
         })
     }
 
@@ -98,7 +98,7 @@ impl IntervalMatrix {
     pub fn hcat(blocks: &[&Self]) -> Self {
         let rows = blocks.first().map_or(0, |b| b.rows);
         let cols = blocks.iter().map(|b| b.cols).sum();
-        let mut data = Vec::with_capacity(rows * cols);
+        let mut data = List::with_capacity(rows * cols);
         for i in 0..rows {
             for b in blocks {
                 assert_eq!(b.rows, rows, "hcat: blocks have as many rows as the first");
@@ -111,7 +111,7 @@ impl IntervalMatrix {
     /// [A₁; A₂; …]: the blocks below each other; all must have the same number of columns.
     pub fn vcat(blocks: &[&Self]) -> Self {
         let cols = blocks.first().map_or(0, |b| b.cols);
-        let mut data = Vec::new();
+        let mut data = List::new();
         for b in blocks {
             assert_eq!(
                 b.cols, cols,
@@ -296,7 +296,7 @@ impl IntervalMatrix {
     }
 
     /// Upper bounds on the row sums of max |M|.
-    pub fn abs_row_sums(&self) -> Vec<f64> {
+    pub fn abs_row_sums(&self) -> List<f64> {
         let sum = |i| {
             self.row(i)
                 .iter()
@@ -308,7 +308,7 @@ impl IntervalMatrix {
 
     /// An upper bound on max ‖M‖∞, the largest absolute row sum.
     pub fn norm_inf(&self) -> f64 {
-        self.abs_row_sums().into_iter().fold(0.0, f64::max)
+        self.abs_row_sums().iter().copied().fold(0.0, f64::max)
     }
 
     /// True if the f64 matrix `m` lies inside; false if it has another shape.
@@ -365,7 +365,7 @@ pub fn partial_jacobian_over<F: Function>(
 pub fn hessian_over<F: Function>(
     f: &F,
     x: &IntervalVector,
-) -> Result<(IntervalVector, IntervalMatrix, Vec<IntervalMatrix>), SetError> {
+) -> Result<(IntervalVector, IntervalMatrix, List<IntervalMatrix>), SetError> {
     const OP: &str = "Hessian over a box";
     same_dimension(OP, f.inputs(), x.dim())?;
     let n = f.inputs();
@@ -375,7 +375,7 @@ pub fn hessian_over<F: Function>(
             IntervalMatrix {
                 rows: n,
                 cols: n,
-                data: hessian.output(q).to_vec(),
+                data: List::from(hessian.output(q)),
             }
             .finite(OP)
         })
@@ -392,7 +392,7 @@ fn split(
     let matrix = IntervalMatrix {
         rows,
         cols,
-        data: jacobian.as_slice().to_vec(),
+        data: List::from(jacobian.as_slice()),
     }
     .finite(op)?;
     Ok((IntervalVector::new(jacobian.value).finite(op)?, matrix))

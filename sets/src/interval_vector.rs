@@ -1,6 +1,6 @@
 //! Boxes: vectors of intervals.
 
-use crate::{Interval, SetError};
+use crate::{Interval, List, SetError};
 use std::ops::Index;
 
 /// A box \[x₁\] × … × \[x_n\].
@@ -9,12 +9,12 @@ use std::ops::Index;
 /// left its domain or a bound overflowed; [`IntervalVector::finite`] turns that into an error.
 #[derive(Clone, PartialEq, Debug, serde::Serialize, serde::Deserialize)]
 #[serde(transparent)]
-pub struct IntervalVector(Vec<Interval>);
+pub struct IntervalVector(List<Interval>);
 
 impl IntervalVector {
     /// The box with these sides.
-    pub fn new(sides: Vec<Interval>) -> Self {
-        Self(sides)
+    pub fn new(sides: impl Into<List<Interval>>) -> Self {
+        Self(sides.into())
     }
 
     /// [lower, upper], componentwise.
@@ -103,7 +103,7 @@ impl IntervalVector {
 
     /// The sides, given away.
     pub fn into_sides(self) -> Vec<Interval> {
-        self.0
+        self.0.into_vec()
     }
 
     /// The sides in order.
@@ -122,12 +122,12 @@ impl IntervalVector {
     }
 
     /// A point of the box near its middle.
-    pub fn mid(&self) -> Vec<f64> {
+    pub fn mid(&self) -> List<f64> {
         self.0.iter().map(|x| x.mid()).collect()
     }
 
     /// Upper bounds on the distances from [`IntervalVector::mid`], componentwise.
-    pub fn rad(&self) -> Vec<f64> {
+    pub fn rad(&self) -> List<f64> {
         self.0.iter().map(|x| x.rad()).collect()
     }
 
@@ -169,7 +169,7 @@ impl IntervalVector {
         const OP: &str = "intersection of boxes";
         same_dimension(OP, self.dim(), other.dim())?;
         let sides = self.0.iter().zip(&other.0);
-        let sides: Option<Vec<Interval>> = sides.map(|(a, b)| a.intersect(b)).collect();
+        let sides: Option<List<Interval>> = sides.map(|(a, b)| a.intersect(b)).collect();
         Ok(Self(sides.ok_or(SetError::Empty { op: OP })?))
     }
 

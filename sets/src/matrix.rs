@@ -7,8 +7,9 @@
 
 mod kernels;
 
-use crate::{SetError, ops};
+use crate::{List, SetError, ops};
 use nalgebra::DMatrix;
+use std::borrow::Borrow;
 use std::fmt;
 use std::ops::{Index, IndexMut};
 
@@ -18,7 +19,7 @@ use std::ops::{Index, IndexMut};
 pub struct Matrix {
     rows: usize,
     cols: usize,
-    data: Vec<f64>,
+    data: List<f64>,
 }
 
 impl Matrix {
@@ -27,13 +28,13 @@ impl Matrix {
         Self {
             rows,
             cols,
-            data: vec![0.0; rows * cols],
+            data: List::filled(0.0, rows * cols),
         }
     }
 
     /// The identity of size `n`.
     pub fn identity(n: usize) -> Self {
-        Self::diagonal(&vec![1.0; n])
+        Self::diagonal(&List::filled(1.0, n))
     }
 
     /// diag(d).
@@ -48,7 +49,7 @@ impl Matrix {
     /// The matrix with these rows; all must have the same length.
     pub fn from_rows<R: AsRef<[f64]>>(rows: &[R]) -> Result<Self, SetError> {
         let cols = rows.first().map_or(0, |r| r.as_ref().len());
-        let mut data = Vec::with_capacity(rows.len() * cols);
+        let mut data = List::with_capacity(rows.len() * cols);
         for row in rows {
             let row = row.as_ref();
             if row.len() != cols {
@@ -69,7 +70,7 @@ impl Matrix {
 
     /// The `rows` × `cols` matrix whose entry (i, j) is `f(i, j)`.
     pub fn from_fn(rows: usize, cols: usize, mut f: impl FnMut(usize, usize) -> f64) -> Self {
-        let mut data = Vec::with_capacity(rows * cols);
+        let mut data = List::with_capacity(rows * cols);
         for i in 0..rows {
             for j in 0..cols {
                 data.push(f(i, j));
@@ -83,7 +84,7 @@ impl Matrix {
         Self {
             rows: v.len(),
             cols: 1,
-            data: v.to_vec(),
+            data: List::from(v),
         }
     }
 
@@ -124,7 +125,7 @@ impl Matrix {
     }
 
     /// Column `j`, copied.
-    pub fn col(&self, j: usize) -> Vec<f64> {
+    pub fn col(&self, j: usize) -> List<f64> {
         (0..self.rows).map(|i| self[(i, j)]).collect()
     }
 
@@ -135,7 +136,7 @@ impl Matrix {
 
     /// The columns with these indices, in this order.
     pub fn select_columns(&self, indices: &[usize]) -> Self {
-        let mut data = Vec::with_capacity(self.rows * indices.len());
+        let mut data = List::with_capacity(self.rows * indices.len());
         for i in 0..self.rows {
             let row = self.row(i);
             data.extend(indices.iter().map(|&j| row[j]));
@@ -148,12 +149,13 @@ impl Matrix {
     }
 
     /// [M₁, M₂, …]: the blocks side by side; all must have the same number of rows.
-    pub fn hcat(blocks: &[&Matrix]) -> Self {
-        let rows = blocks.first().map_or(0, |b| b.rows);
-        let cols = blocks.iter().map(|b| b.cols).sum();
-        let mut data = Vec::with_capacity(rows * cols);
+    pub fn hcat<M: Borrow<Matrix>>(blocks: &[M]) -> Self {
+        let blocks = || blocks.iter().map(Borrow::borrow);
+        let rows = blocks().next().map_or(0, |b| b.rows);
+        let cols = blocks().map(|b| b.cols).sum();
+        let mut data = List::with_capacity(rows * cols);
         for i in 0..rows {
-            for b in blocks {
+            for b in blocks() {
                 assert_eq!(b.rows, rows, "hcat: blocks have as many rows as the first");
                 data.extend_from_slice(b.row(i));
             }
@@ -164,7 +166,7 @@ impl Matrix {
     /// [M₁; M₂; …]: the blocks below each other; all must have the same number of columns.
     pub fn vcat(blocks: &[&Matrix]) -> Self {
         let cols = blocks.first().map_or(0, |b| b.cols);
-        let mut data = Vec::new();
+        let mut data = List::new();
         for b in blocks {
             assert_eq!(
                 b.cols, cols,
@@ -247,7 +249,7 @@ impl Matrix {
     }
 
     /// M v, entry i = Σ_k m_ik v_k in ascending k.
-    pub fn mul_vec(&self, v: &[f64]) -> Vec<f64> {
+    pub fn mul_vec(&self, v: &[f64]) -> List<f64> {
         assert_eq!(self.cols, v.len(), "matrix times vector: dimensions agree");
         ops::count(
             self.rows * self.cols,
@@ -351,7 +353,7 @@ impl Matrix {
     }
 
     /// |M| 1: the row sums of absolute values, rounded to nearest.
-    pub fn abs_row_sums(&self) -> Vec<f64> {
+    pub fn abs_row_sums(&self) -> List<f64> {
         ops::count(0, self.rows * self.cols.saturating_sub(1));
         (0..self.rows).map(|i| abs_sum(self.row(i))).collect()
     }

@@ -8,7 +8,7 @@
 //! parameters", IEEE TAC 2006; used in [Rego2020, Sec. 6] for ZMV and ZFO.
 
 use crate::rounding::{ETA, U, gamma, up};
-use crate::{Interval, Matrix, SetError, Zonotope, ops};
+use crate::{Interval, List, Matrix, SetError, Zonotope, ops};
 
 /// Encloses { x ∈ Z : |dᵀx − y| ≤ σ } in a zonotope of as many generators as Z has.
 ///
@@ -43,7 +43,7 @@ pub fn intersect(z: &Zonotope, d: &[f64], y: f64, sigma: f64) -> Result<Zonotope
             got: sigma,
         });
     }
-    let minus: Vec<f64> = d.iter().map(|x| -x).collect();
+    let minus: List<f64> = d.iter().map(|x| -x).collect();
     let extent = Interval::trusted(-z.support(&minus)?, z.support(d)?);
     let strip = Interval::from_center_radius(y, sigma);
     let Some(narrowed) = extent.intersect(&strip) else {
@@ -94,12 +94,12 @@ fn smallest(g: &Matrix, q: &[f64], sigma: f64) -> Option<usize> {
 }
 
 /// g_jᵀS⁻¹g_j = ‖L⁻¹g_j‖² for L Lᵀ = S = G Gᵀ; a row of L without a pivot above rounding is left out.
-fn whitened_squares(g: &Matrix) -> Vec<f64> {
+fn whitened_squares(g: &Matrix) -> List<f64> {
     let (n, p) = (g.rows(), g.cols());
     let s = g.gram();
     let mut l = s.clone();
-    let mut v: Vec<Vec<f64>> = Vec::with_capacity(n);
-    let mut squares = vec![0.0; p];
+    let mut v: List<List<f64>> = List::with_capacity(n);
+    let mut squares = List::filled(0.0, p);
     for i in 0..n {
         for k in 0..i {
             let rest = (0..k).fold(l[(i, k)], |r, m| r - l[(i, m)] * l[(k, m)]);
@@ -111,12 +111,12 @@ fn whitened_squares(g: &Matrix) -> Vec<f64> {
         ops::count(i * (i + 1) / 2 + i, i * i.saturating_sub(1) / 2 + i);
         if rest <= 1e-14 * s[(i, i)] {
             l[(i, i)] = 0.0;
-            v.push(vec![0.0; p]);
+            v.push(List::filled(0.0, p));
             continue;
         }
         let root = rest.sqrt();
         l[(i, i)] = root;
-        let mut row = g.row(i).to_vec();
+        let mut row = List::from(g.row(i));
         for (k, other) in v.iter().enumerate() {
             let f = l[(i, k)];
             row.iter_mut().zip(other).for_each(|(x, y)| *x -= f * y);
@@ -143,10 +143,10 @@ fn by_generator(
     j: usize,
 ) -> Result<Zonotope, SetError> {
     let n = z.dim();
-    let lambda: Vec<f64> = (0..n).map(|i| z.g()[(i, j)] / along[j]).collect();
+    let lambda: List<f64> = (0..n).map(|i| z.g()[(i, j)] / along[j]).collect();
     let dc = d.iter().zip(z.c()).fold(0.0, |s, (d, c)| s + d * c);
     let e = y - dc;
-    let c: Vec<f64> = z.c().iter().zip(&lambda).map(|(c, l)| c + l * e).collect();
+    let c: List<f64> = z.c().iter().zip(&lambda).map(|(c, l)| c + l * e).collect();
     let sums = z.abs_row_sums();
     let abs_dc = d
         .iter()
@@ -156,7 +156,7 @@ fn by_generator(
     let common = gamma(n + 1) * (y.abs() + abs_dc) + gamma(n + 2) * abs_dg + 2.0 * ETA;
     ops::count(n * (along.len() + 1), n * along.len());
     let mut g = z.g().clone();
-    let mut r = vec![0.0; n];
+    let mut r = List::filled(0.0, n);
     for i in 0..n {
         let l = lambda[i];
         let row = g.row_mut(i);

@@ -1,13 +1,13 @@
 //! A zonotope with a Gaussian added: what the mixed set-membership and Kalman filters carry.
 
-use crate::{Ellipsoid, IntervalVector, Matrix, SetError, ops};
+use crate::{Ellipsoid, IntervalVector, List, Matrix, SetError, ops};
 
 /// x = c + G ξ + g with |ξ| ≤ 1 unknown and g ~ N(0, P).
 ///
 /// It promises a probability, never a set: nothing here is rounded outward.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ZonotopicGaussian {
-    c: Vec<f64>,
+    c: List<f64>,
     g: Matrix,
     p: Matrix,
 }
@@ -17,7 +17,8 @@ impl ZonotopicGaussian {
     ///
     /// P is taken as (P + Pᵀ)/2 and must be positive semidefinite up to rounding. Fails as
     /// [`Ellipsoid::new`], and with `Dimension` or `NotFinite` for G.
-    pub fn new(c: Vec<f64>, g: Matrix, p: Matrix) -> Result<Self, SetError> {
+    pub fn new(c: impl Into<List<f64>>, g: Matrix, p: Matrix) -> Result<Self, SetError> {
+        let c = c.into();
         const OP: &str = "zonotope with a Gaussian";
         if g.rows() != c.len() {
             return Err(SetError::Dimension {
@@ -29,13 +30,14 @@ impl ZonotopicGaussian {
         if let Some(&value) = g.as_slice().iter().find(|x| !x.is_finite()) {
             return Err(SetError::NotFinite { op: OP, value });
         }
-        let p = Ellipsoid::new(c.clone(), p, 1.0)?.p().clone();
+        let p = Ellipsoid::new(c.to_vec(), p, 1.0)?.p().clone();
         Ok(Self { c, g, p })
     }
 
     /// The same from parts that were computed from checked ones: shapes are asserted, P is neither
     /// made symmetric nor factored. For the inner loop of a filter.
-    pub fn trusted(c: Vec<f64>, g: Matrix, p: Matrix) -> Self {
+    pub fn trusted(c: impl Into<List<f64>>, g: Matrix, p: Matrix) -> Self {
+        let c = c.into();
         let n = c.len();
         assert_eq!(
             (g.rows(), p.rows(), p.cols()),

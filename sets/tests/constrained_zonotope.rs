@@ -84,7 +84,7 @@ fn intersections_lose_no_common_point() {
         let shift: Vec<f64> = (0..2)
             .map(|i| (&target[i] - &l.x[i] + q(l.set.c()[i])).to_f64().unwrap())
             .collect();
-        let rounding = (0..2)
+        let rounding: Vec<f64> = (0..2)
             .map(|i| up(&((&target[i] - product(l.set.g(), &l.xi)[i].clone() - q(shift[i])).abs())))
             .collect();
         let z = Zonotope::with_rounding(shift, l.set.g().clone(), rounding).unwrap();

@@ -300,7 +300,7 @@ fn sums_and_products_contain_the_exact_ones() {
             let n = 1 + random.below(4);
             let (x, mut y) = (random.zonotope(n, kind), random.zonotope(n, kind));
             if kind == Kind::Cancelling {
-                let c = x.c().iter().map(|c| -c * (1.0 + 1e-9)).collect();
+                let c: Vec<f64> = x.c().iter().map(|c| -c * (1.0 + 1e-9)).collect();
                 y = Zonotope::with_rounding(c, y.g().clone(), y.r().to_vec()).unwrap();
             }
             let (ex, ey) = (Exact::of(&x), Exact::of(&y));
@@ -432,7 +432,7 @@ fn reductions_keep_columns_and_box_the_others_upward() {
             let n = 1 + random.below(3);
             let p = n + 1 + random.below(12);
             let g = random.matrix(n, p, kind);
-            let r = random
+            let r: Vec<f64> = random
                 .vector(n, kind)
                 .iter()
                 .map(|x| x.abs() * 1e-9)

@@ -253,7 +253,8 @@ fn check(case: &Value) -> bool {
             };
             let reduced = girard::reduce(&z, order * z.dim()).unwrap();
             let columns = |m: &Matrix| {
-                let mut columns: Vec<Vec<f64>> = (0..m.cols()).map(|j| m.col(j)).collect();
+                let mut columns: Vec<Vec<f64>> =
+                    (0..m.cols()).map(|j| m.col(j).into_vec()).collect();
                 columns.sort_by(|a, b| {
                     a[0].total_cmp(&b[0])
                         .then(a[1].total_cmp(&b[1]))

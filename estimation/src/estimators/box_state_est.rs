@@ -62,7 +62,7 @@ impl BoxWindow {
 impl Belief for BoxWindow {
     /// The midpoint of the box.
     fn center(&self) -> Vec<f64> {
-        self.bounds.mid()
+        self.bounds.mid().into_vec()
     }
     fn interval_hull(&self) -> Option<IntervalVector> {
         Some(self.bounds.clone())
@@ -76,7 +76,7 @@ impl Belief for BoxWindow {
     fn size(&self) -> Size {
         let widths = self.bounds.widths();
         Size {
-            radius: Some(self.bounds.rad().into_iter().fold(0.0, f64::max)),
+            radius: Some(self.bounds.rad().iter().copied().fold(0.0, f64::max)),
             volume: (widths.len() <= 3).then(|| widths.iter().product()),
             ..Size::default()
         }

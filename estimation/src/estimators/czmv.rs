@@ -3,7 +3,7 @@
 
 use super::set_membership::{ConstrainedBelief, Model};
 use crate::estimator::{Estimator, Measurement, Phase};
-use crate::propagation::{Choice, Dynamics, Expansion, Remainder, first_order, mean_value};
+use crate::propagation::{Choice, Expansion, Remainder, first_order, mean_value};
 use crate::{EstimationError, Problem};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::lp::LinearProgram;
@@ -159,8 +159,7 @@ impl Estimator for Czmv {
         belief: &ConstrainedBelief,
         u: &[f64],
     ) -> Result<ConstrainedBelief, EstimationError> {
-        self.filter.model.check_input(u)?;
-        let f = Dynamics::new(&self.filter.model.system, k - 1, u);
+        let f = self.filter.model.dynamics(k - 1, u)?;
         let mut lp = LinearProgram::new();
         let hull = belief
             .hull()
@@ -234,8 +233,7 @@ impl Estimator for Czfo {
         belief: &ConstrainedBelief,
         u: &[f64],
     ) -> Result<ConstrainedBelief, EstimationError> {
-        self.filter.model.check_input(u)?;
-        let f = Dynamics::new(&self.filter.model.system, k - 1, u);
+        let f = self.filter.model.dynamics(k - 1, u)?;
         let mut lp = LinearProgram::new();
         let hull = belief
             .hull()

@@ -4,7 +4,7 @@ use super::mixed::{Gain, MixedBelief, MixedModel, MixedSettings};
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::{EstimationError, Problem};
 use serde::{Deserialize, Serialize};
-use zonobench_sets::Matrix;
+use zonobench_sets::{List, Matrix};
 
 /// Settings of `ezgkf` and `ezgkf-m`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -142,10 +142,10 @@ pub(super) fn forecast_generators(
     g: &Matrix,
     gw: &Matrix,
 ) -> Matrix {
-    let mut blocks = vec![a0.mul(g), gw.clone()];
+    let mut blocks = List::from([a0.mul(g), gw.clone()]);
     for a in a {
         blocks.push(a.mul(&Matrix::column(c)));
         blocks.push(a.mul(g));
     }
-    Matrix::hcat(&blocks.iter().collect::<Vec<_>>())
+    Matrix::hcat(&blocks)
 }

@@ -4,7 +4,7 @@ use super::EzgkfSettings;
 use super::mixed::{MixedBelief, MixedModel};
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::{EstimationError, Problem};
-use zonobench_sets::Matrix;
+use zonobench_sets::{List, Matrix};
 
 /// The EZGKF with the forecast of its Remark 3: the state matrix is taken as an interval matrix of
 /// radius ρ = Σ_i |A_i|, and
@@ -51,7 +51,7 @@ impl Estimator for EzgkfM {
         for a in &form.a {
             rho = rho.add(&a.abs());
         }
-        let magnitudes: Vec<f64> = c.iter().map(|c| c.abs()).collect();
+        let magnitudes: List<f64> = c.iter().map(|c| c.abs()).collect();
         let generators = Matrix::hcat(&[
             &form.a0.mul(g),
             &Matrix::diagonal(&rho.mul_vec(&g.abs_row_sums())),

@@ -115,7 +115,7 @@ impl Ezgkp {
         let l = a0.mul(gain);
         let f0 = a0.sub(&l.mul(&output.c));
         let mut center = self.model.forecast_center(&f0, c, u_prev)?;
-        for (x, lz) in center.iter_mut().zip(l.mul_vec(z)) {
+        for (x, lz) in center.iter_mut().zip(&l.mul_vec(z)) {
             *x += lz;
         }
         let noise = Matrix::hcat(&[&l.mul(&output.generators).scale(-1.0), &self.model.gw]);
@@ -167,7 +167,7 @@ impl Estimator for Ezgkp {
     ) -> Result<MixedBelief, EstimationError> {
         self.model.output.observe(u, y)?;
         Ok(MixedBelief {
-            pending: Some(y.to_vec()),
+            pending: Some(y.into()),
             ..belief.clone()
         })
     }

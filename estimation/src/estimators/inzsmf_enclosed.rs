@@ -36,7 +36,7 @@ use zonobench_sets::number::Real;
 use zonobench_sets::reduction::{combastel, girard};
 use zonobench_sets::se2::{Angle, Se2, rotate};
 use zonobench_sets::zonotope::Zonotope;
-use zonobench_sets::{Interval, IntervalMatrix, Matrix, SetError};
+use zonobench_sets::{Interval, IntervalMatrix, List, Matrix, SetError};
 
 /// The recursion with its remainder enclosed; see the module.
 ///
@@ -242,7 +242,7 @@ impl Enclosed {
         columns.push([zero, zero, y]);
 
         let mid = Matrix::from_fn(3, columns.len(), |i, j| columns[j][i].mid());
-        let radius = (0..3)
+        let radius: List<f64> = (0..3)
             .map(|i| {
                 let start = Interval::point(offset[i].rad());
                 let sum = columns

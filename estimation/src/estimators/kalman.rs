@@ -5,7 +5,7 @@ use crate::error::finite_vector;
 use crate::estimator::{Belief, Containment, Estimator, Measurement, Phase, Shape, Size};
 use crate::{EstimationError, Problem};
 use serde::{Deserialize, Serialize};
-use zonobench_sets::{Interval, IntervalVector, Matrix};
+use zonobench_sets::{Interval, IntervalVector, List, Matrix};
 
 const KIND: &str = "kalman";
 
@@ -18,14 +18,14 @@ pub struct KalmanSettings {}
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gaussian {
     /// x̂.
-    pub mean: Vec<f64>,
+    pub mean: List<f64>,
     /// P, n × n, symmetric.
     pub covariance: Matrix,
 }
 
 impl Belief for Gaussian {
     fn center(&self) -> Vec<f64> {
-        self.mean.clone()
+        self.mean.to_vec()
     }
     fn interval_hull(&self) -> Option<IntervalVector> {
         None
@@ -42,7 +42,7 @@ impl Belief for Gaussian {
     fn shape(&self) -> Shape {
         Shape {
             kind: "gaussian",
-            center: self.mean.clone(),
+            center: self.mean.to_vec(),
             covariance: Some(self.covariance.clone()),
             ..Shape::default()
         }
@@ -91,10 +91,10 @@ impl Kalman {
             }
         }
         let prior = Gaussian {
-            mean: problem.prior.gaussian_mean().to_vec(),
+            mean: problem.prior.gaussian_mean().into(),
             covariance: problem.prior.covariance_matrix(),
         };
-        let mean = problem.v.gaussian_mean().to_vec();
+        let mean = problem.v.gaussian_mean().into();
         let output = LinearOutput::new(parts.c, parts.d, mean, &problem.v);
         let mut s = congruence(&output.c, &prior.covariance);
         s.add_assign(&output.covariance);

@@ -4,7 +4,7 @@ use crate::error::finite_vector;
 use crate::estimator::Measurement;
 use crate::{EstimationError, Uncertain};
 use std::borrow::Cow;
-use zonobench_sets::Matrix;
+use zonobench_sets::{List, Matrix};
 
 /// y = C x + D u + v with v = e + Gᵛ ξ + g, ‖ξ‖∞ ≤ 1, g ~ N(0, R).
 #[derive(Clone, Debug)]
@@ -14,7 +14,7 @@ pub(super) struct LinearOutput {
     /// D, m × p.
     pub d: Matrix,
     /// e, the mean of v.
-    pub mean: Vec<f64>,
+    pub mean: List<f64>,
     /// Gᵛ, m × n_gv.
     pub generators: Matrix,
     /// R, m × m.
@@ -22,7 +22,7 @@ pub(super) struct LinearOutput {
 }
 
 impl LinearOutput {
-    pub fn new(c: Matrix, d: Matrix, mean: Vec<f64>, v: &Uncertain) -> Self {
+    pub fn new(c: Matrix, d: Matrix, mean: List<f64>, v: &Uncertain) -> Self {
         Self {
             c,
             d,
@@ -39,7 +39,7 @@ impl LinearOutput {
         &self,
         u: &[f64],
         y: Measurement,
-    ) -> Result<(Cow<'_, Self>, Vec<f64>), EstimationError> {
+    ) -> Result<(Cow<'_, Self>, List<f64>), EstimationError> {
         finite_vector("input u", u, self.d.cols())?;
         check_measurement(y, self.c.rows())?;
         let value = |i: usize, y: f64| {
@@ -57,7 +57,7 @@ impl LinearOutput {
         if y.iter().all(Option::is_some) {
             return Ok((Cow::Borrowed(self), z));
         }
-        let rows: Vec<usize> = (0..y.len()).filter(|&i| y[i].is_some()).collect();
+        let rows: List<usize> = (0..y.len()).filter(|&i| y[i].is_some()).collect();
         let select = |m: &Matrix| Matrix::from_fn(rows.len(), m.cols(), |i, j| m[(rows[i], j)]);
         Ok((
             Cow::Owned(Self {

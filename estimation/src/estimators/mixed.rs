@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use zonobench_sets::ellipsoid::chi_square_isf;
 use zonobench_sets::ops::{self, Stage};
 use zonobench_sets::reduction::{combastel, parallel};
-use zonobench_sets::{Interval, IntervalVector, Matrix, SetError, ZonotopicGaussian};
+use zonobench_sets::{Interval, IntervalVector, List, Matrix, SetError, ZonotopicGaussian};
 
 /// Which R^zg enters the gain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -36,11 +36,11 @@ pub struct MixedBelief {
     /// σ, the 1 − α quantile of χ² with n degrees of freedom.
     pub quantile: f64,
     /// y_k, which the predictor uses only in its next prediction; None in the filters.
-    pub(super) pending: Option<Vec<Option<f64>>>,
+    pub(super) pending: Option<List<Option<f64>>>,
 }
 
 impl MixedBelief {
-    pub(super) fn new(c: Vec<f64>, g: Matrix, p: Matrix, quantile: f64) -> Self {
+    pub(super) fn new(c: impl Into<List<f64>>, g: Matrix, p: Matrix, quantile: f64) -> Self {
         Self {
             state: ZonotopicGaussian::trusted(c, g, p),
             quantile,
@@ -172,7 +172,7 @@ impl MixedModel {
                 return Err(EstimationError::setting(kind, key, expected, "constraints"));
             }
         }
-        let output = LinearOutput::new(c, d, problem.v.mixed_mean(), &problem.v);
+        let output = LinearOutput::new(c, d, problem.v.mixed_mean().into(), &problem.v);
         let set_part = match settings.gain {
             Gain::Optimal => output.generators.gram(),
             Gain::Unsquared => {
@@ -242,7 +242,7 @@ impl MixedModel {
         a0: &Matrix,
         c: &[f64],
         u: &[f64],
-    ) -> Result<Vec<f64>, EstimationError> {
+    ) -> Result<List<f64>, EstimationError> {
         finite_vector("input u", u, self.b.cols())?;
         let mut next = a0.mul_vec(c);
         self.b.add_mul_vec(u, &mut next);
@@ -305,7 +305,7 @@ impl MixedModel {
         if z.is_empty() {
             return Ok(None);
         }
-        let rows: Option<Vec<usize>> =
+        let rows: Option<List<usize>> =
             (z.len() < y.len()).then(|| (0..y.len()).filter(|&i| y[i].is_some()).collect());
         let merged;
         let g = if self.settings.merge_parallel {
@@ -315,7 +315,7 @@ impl MixedModel {
             belief.state.g()
         };
         let p = belief.state.p();
-        let gain = self.gain(k, &output, rows.as_deref(), g, p)?;
+        let gain = self.gain(k, &output, rows.as_ref().map(|rows| &rows[..]), g, p)?;
         let t = complement(&gain, &output.c);
         let mut center = t.mul_vec(belief.state.c());
         gain.add_mul_vec(&z, &mut center);
@@ -350,14 +350,14 @@ pub(super) struct Correction {
     /// The rows of the output equation that were measured.
     pub output: LinearOutput,
     /// y − D u − e in these rows.
-    pub z: Vec<f64>,
+    pub z: List<f64>,
 }
 
 /// |M| = V |Λ| Vᵀ for the symmetric M = V Λ Vᵀ: the least upper bound of ±M that commutes with M.
 /// [dePaula, Lemma 1]
 fn absolute(m: &Matrix) -> Matrix {
     let (values, vectors) = m.symmetric_eigen();
-    let magnitudes: Vec<f64> = values.iter().map(|x| x.abs()).collect();
+    let magnitudes: List<f64> = values.iter().map(|x| x.abs()).collect();
     congruence(&vectors, &Matrix::diagonal(&magnitudes))
 }
 

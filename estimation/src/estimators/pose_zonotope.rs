@@ -186,9 +186,7 @@ impl Belief for PoseZonotope {
         if self.coordinates == Coordinates::Body {
             let sides = self.enclosure().ok()?;
             let with_center = |(side, &c): (&Interval, &f64)| side.hull(&Interval::point(c));
-            return Some(IntervalVector::new(
-                sides.iter().zip(&center).map(with_center).collect(),
-            ));
+            return Some(sides.iter().zip(&center).map(with_center).collect());
         }
         let radius = self.state_generators().abs_row_sums();
         IntervalVector::from_center_radius(&center, &radius).ok()

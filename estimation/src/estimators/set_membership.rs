@@ -3,13 +3,16 @@
 
 use crate::error::finite_vector;
 use crate::estimator::{Belief, Containment, Measurement, Shape, Size};
+use crate::propagation::Dynamics;
 use crate::system::{AnySystem, System};
 use crate::{EstimationError, Problem, Uncertain};
 use std::sync::OnceLock;
 use zonobench_sets::interval_matrix::jacobian_over;
 use zonobench_sets::lp::{LinearProgram, Work};
 use zonobench_sets::number::{Function, Real};
-use zonobench_sets::{ConstrainedZonotope, Interval, IntervalVector, Matrix, SetError, Zonotope};
+use zonobench_sets::{
+    ConstrainedZonotope, Interval, IntervalVector, List, Matrix, SetError, Zonotope,
+};
 
 use super::linear_output::check_measurement;
 
@@ -78,7 +81,7 @@ impl Model {
     pub fn new(kind: &'static str, problem: &Problem) -> Result<Self, EstimationError> {
         let variables = problem.system.variables();
         let (n, n_y, n_v) = (variables.x.len(), variables.y.len(), variables.v.len());
-        let u = vec![0.0; variables.u.len()];
+        let u = List::filled(0.0, variables.u.len());
         let unsupported = |reason: &str| EstimationError::Unsupported {
             kind,
             what: problem.system.kind(),
@@ -99,14 +102,14 @@ impl Model {
                     n_v,
                 };
                 // A linear function has the same derivative over any box: points, not intervals.
-                let anywhere = IntervalVector::new(vec![Interval::UNIT; n + n_v]);
+                let anywhere = IntervalVector::new(List::filled(Interval::UNIT, n + n_v));
                 let (_, j) = jacobian_over(&output, &anywhere)
                     .map_err(EstimationError::at(0, "measurement equation"))?;
                 if j.as_slice().iter().any(|e| !e.is_point()) {
                     return Err(unsupported("it needs a measurement linear in x and v"));
                 }
                 let columns = |from: usize, to: usize| {
-                    j.select_columns(&(from..to).collect::<Vec<_>>()).mid()
+                    j.select_columns(&(from..to).collect::<List<_>>()).mid()
                 };
                 (columns(0, n), columns(n, n + n_v))
             }
@@ -124,7 +127,18 @@ impl Model {
         })
     }
 
-    pub fn check_input(&self, u: &[f64]) -> Result<(), EstimationError> {
+    /// f from step `k` to `k` + 1 under `u`. Fails where `u` is not an input.
+    pub fn dynamics<'a>(
+        &'a self,
+        k: usize,
+        u: &'a [f64],
+    ) -> Result<Dynamics<'a, AnySystem>, EstimationError> {
+        self.check_input(u)?;
+        let (n, n_w) = (self.prior.dim(), self.w.dim());
+        Ok(Dynamics::of_sizes(&self.system, k, u, n, n_w))
+    }
+
+    fn check_input(&self, u: &[f64]) -> Result<(), EstimationError> {
         finite_vector("input u", u, self.n_u)
     }
 
@@ -137,12 +151,12 @@ impl Model {
     ) -> Result<Option<(Matrix, ConstrainedZonotope)>, EstimationError> {
         self.check_input(u)?;
         check_measurement(y, self.c.rows())?;
-        let rows: Vec<usize> = (0..y.len()).filter(|&i| y[i].is_some()).collect();
+        let rows: List<usize> = (0..y.len()).filter(|&i| y[i].is_some()).collect();
         if rows.is_empty() {
             return Ok(None);
         }
         let (n, n_y, n_v) = (self.c.cols(), self.c.rows(), self.d_v.cols());
-        let mut offset = vec![Interval::ZERO; n_y];
+        let mut offset = List::filled(Interval::ZERO, n_y);
         let output = Output {
             system: &self.system,
             k,
@@ -151,14 +165,14 @@ impl Model {
             n_y,
             n_v,
         };
-        output.evaluate(&vec![Interval::ZERO; n + n_v], &mut offset);
+        output.evaluate(&List::filled(Interval::ZERO, n + n_v), &mut offset);
         let select = |m: &Matrix| Matrix::from_fn(rows.len(), m.cols(), |i, j| m[(rows[i], j)]);
-        let known: Vec<Interval> = rows
+        let known: List<Interval> = rows
             .iter()
             .filter_map(|&i| y[i].map(|y| Interval::point(y) - offset[i]))
             .collect();
-        let middle: Vec<f64> = known.iter().map(|x| x.mid()).collect();
-        let rounding: Vec<f64> = known.iter().map(|x| x.rad()).collect();
+        let middle: List<f64> = known.iter().map(|x| x.mid()).collect();
+        let rounding: List<f64> = known.iter().map(|x| x.rad()).collect();
         let target = match &self.v {
             Some(v) => v.affine_map(&select(&self.d_v).scale(-1.0), &middle),
             None => Zonotope::new(middle, Matrix::zeros(rows.len(), 0)).map(Into::into),
@@ -191,7 +205,7 @@ impl From<Zonotope> for ZonotopeBelief {
 }
 
 fn radius(hull: Option<&IntervalVector>) -> Option<f64> {
-    hull.map(|hull| hull.rad().into_iter().fold(0.0, f64::max))
+    hull.map(|hull| hull.rad().iter().copied().fold(0.0, f64::max))
 }
 
 impl Belief for ZonotopeBelief {
@@ -291,7 +305,7 @@ impl Belief for ConstrainedBelief {
     /// The center of the interval hull: c need not lie in the set.
     fn center(&self) -> Vec<f64> {
         self.hull()
-            .map_or_else(|_| self.set.c().to_vec(), |hull| hull.mid())
+            .map_or_else(|_| self.set.c().to_vec(), |hull| hull.mid().into_vec())
     }
     fn interval_hull(&self) -> Option<IntervalVector> {
         self.hull().ok()

@@ -137,5 +137,5 @@ fn lower_block_sums(h: &[Matrix], rows: usize, cols: usize) -> Matrix {
 
 /// ‖M‖∞, the largest row sum of |M|.
 fn norm_inf(m: &Matrix) -> f64 {
-    m.abs_row_sums().into_iter().fold(0.0, f64::max)
+    m.abs_row_sums().iter().copied().fold(0.0, f64::max)
 }

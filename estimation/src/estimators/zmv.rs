@@ -6,7 +6,7 @@ use crate::propagation::{Dynamics, zonotope_first_order, zonotope_mean_value};
 use crate::{EstimationError, Problem};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::reduction::yang_scott;
-use zonobench_sets::{SetError, Zonotope, strip};
+use zonobench_sets::{List, SetError, Zonotope, strip};
 
 /// Settings of `zmv` and `zfo`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -64,7 +64,7 @@ impl ZonotopeFilter {
         match self.model.observe(k, u, y)? {
             Some((c, target)) => {
                 let half = target.zonotope().radius();
-                for (i, half) in half.into_iter().enumerate() {
+                for (i, &half) in half.iter().enumerate() {
                     let cut = strip::intersect(&set, c.row(i), target.c()[i], half);
                     set = cut.map_err(EstimationError::at(k, "update"))?;
                 }
@@ -88,8 +88,7 @@ impl ZonotopeFilter {
             &Zonotope,
         ) -> Result<Zonotope, SetError>,
     ) -> Result<Zonotope, EstimationError> {
-        self.model.check_input(u)?;
-        let f = Dynamics::new(&self.model.system, k - 1, u);
+        let f = self.model.dynamics(k - 1, u)?;
         extension(&f, set, &self.w)
             .and_then(|image| without_zero_columns(&image))
             .map_err(EstimationError::at(k, "prediction"))
@@ -99,8 +98,8 @@ impl ZonotopeFilter {
 /// The same set without generators that are 0: products with a variable that enters linearly.
 fn without_zero_columns(z: &Zonotope) -> Result<Zonotope, SetError> {
     let counts = |j: &usize| (0..z.dim()).any(|i| z.g()[(i, *j)] != 0.0);
-    let kept: Vec<usize> = (0..z.generators()).filter(counts).collect();
-    Zonotope::with_rounding(z.c().to_vec(), z.g().select_columns(&kept), z.r().to_vec())
+    let kept: List<usize> = (0..z.generators()).filter(counts).collect();
+    Zonotope::with_rounding(z.c(), z.g().select_columns(&kept), z.r())
 }
 
 macro_rules! zonotope_filter {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use zonobench_sets::lp::{Emptiness, LinearProgram};
 use zonobench_sets::{
-    ConstrainedZonotope, Containment, Interval, IntervalVector, Matrix, SetError,
+    ConstrainedZonotope, Containment, Interval, IntervalVector, List, Matrix, SetError,
 };
 
 /// How h is chosen, X̄ being X with all constraints eliminated and c̄ its center.
@@ -35,17 +35,17 @@ impl Choice {
         self,
         x: &ConstrainedZonotope,
         hull: &IntervalVector,
-        free: impl FnOnce() -> Result<Vec<f64>, SetError>,
-        weights: impl FnOnce() -> Result<Vec<f64>, SetError>,
+        free: impl FnOnce() -> Result<List<f64>, SetError>,
+        weights: impl FnOnce() -> Result<List<f64>, SetError>,
         lp: &mut LinearProgram,
-    ) -> Result<Vec<f64>, SetError> {
+    ) -> Result<List<f64>, SetError> {
         match self {
             Self::C1 => nearest(x, &hull.mid(), lp),
             Self::C2 => closest_point(x, &free()?, Some(&weights()?), lp),
             Self::C3 => closest_point(x, x.c(), None, lp),
-            Self::C4 if has(x, x.c(), lp)? => Ok(x.c().to_vec()),
+            Self::C4 if has(x, x.c(), lp)? => Ok(List::from(x.c())),
             Self::C4 => nearest(x, &hull.mid(), lp),
-            Self::C4xb if has(x, x.c(), lp)? => Ok(x.c().to_vec()),
+            Self::C4xb if has(x, x.c(), lp)? => Ok(List::from(x.c())),
             Self::Xb | Self::C4xb => nearest(x, &free()?, lp),
         }
     }
@@ -63,9 +63,9 @@ pub(super) fn has(
     let radius = x.zonotope().radius();
     let near = point
         .iter()
-        .zip(radius)
-        .map(|(&p, r)| Interval::from_center_radius(p, 1e-12 * (p.abs() + r)));
-    let near: Vec<Interval> = near.collect();
+        .zip(&radius)
+        .map(|(&p, &r)| Interval::from_center_radius(p, 1e-12 * (p.abs() + r)));
+    let near: List<Interval> = near.collect();
     Ok(x.contains_with(&near, lp)? != Containment::Outside)
 }
 
@@ -74,9 +74,9 @@ pub(super) fn nearest(
     x: &ConstrainedZonotope,
     point: &[f64],
     lp: &mut LinearProgram,
-) -> Result<Vec<f64>, SetError> {
+) -> Result<List<f64>, SetError> {
     if has(x, point, lp)? {
-        Ok(point.to_vec())
+        Ok(List::from(point))
     } else {
         closest_point(x, point, None, lp)
     }
@@ -96,7 +96,7 @@ pub fn closest_point(
     p: &[f64],
     weights: Option<&[f64]>,
     lp: &mut LinearProgram,
-) -> Result<Vec<f64>, SetError> {
+) -> Result<List<f64>, SetError> {
     let (n, q, g) = (x.dim(), x.constraints(), x.generators());
     if p.len() != n {
         return Err(SetError::Dimension {
@@ -106,7 +106,7 @@ pub fn closest_point(
         });
     }
     let radius = x.zonotope().radius();
-    let reach: Vec<f64> = (0..n)
+    let reach: List<f64> = (0..n)
         .map(|j| (p[j] - x.c()[j]).abs() + radius[j])
         .collect();
     let rows = Matrix::from_fn(n + q, g + 2 * n, |i, j| match (i < n, j < g) {
@@ -117,14 +117,14 @@ pub fn closest_point(
         (false, true) => x.a()[(i - n, j)],
         _ => 0.0,
     });
-    let right: Vec<f64> = (0..n)
+    let right: List<f64> = (0..n)
         .map(|j| p[j] - x.c()[j])
         .chain(x.b().iter().copied())
         .collect();
-    let slack = [x.r(), x.delta()].concat();
+    let slack = List::concat(&[x.r(), x.delta()]);
     let weight = |j: usize| weights.map_or(1.0, |w| w[j]) * reach[j];
     let largest = (0..n).map(weight).fold(f64::MIN_POSITIVE, f64::max);
-    let mut cost = vec![0.0; g + 2 * n];
+    let mut cost = List::filled(0.0, g + 2 * n);
     for j in 0..n {
         cost[g + 2 * j] = -weight(j) / largest;
         cost[g + 2 * j + 1] = -weight(j) / largest;
@@ -132,14 +132,14 @@ pub fn closest_point(
     lp.load(&rows, &right, &slack)?;
     let at = |xi: &[f64]| {
         let offset = x.g().mul_vec(xi);
-        x.c().iter().zip(offset).map(|(c, o)| c + o).collect()
+        x.c().iter().zip(&offset).map(|(c, o)| c + o).collect()
     };
     match lp.maximize(&cost) {
         // R and p − c are rounded, so that this program may be empty and the set is not.
         Err(SetError::Empty { op }) => match x.emptiness() {
             Emptiness::Empty => Err(SetError::Empty { op }),
             Emptiness::NonEmpty(xi) => Ok(at(&xi)),
-            Emptiness::Undecided { .. } => Ok(x.c().to_vec()),
+            Emptiness::Undecided { .. } => Ok(List::from(x.c())),
         },
         Err(other) => Err(other),
         Ok(_) => Ok(at(&lp.point()[..g])),
@@ -159,11 +159,11 @@ pub fn coordinates_of(
     h: &[f64],
     ranges: &[Interval],
     lp: &mut LinearProgram,
-) -> Result<Vec<f64>, SetError> {
+) -> Result<List<f64>, SetError> {
     let (n, p) = (x.dim(), x.generators());
-    let mut m: Vec<f64> = ranges.iter().map(|e| e.mid()).collect();
+    let mut m: List<f64> = ranges.iter().map(|e| e.mid()).collect();
     let moved = x.g().mul_vec(&m);
-    let right: Vec<f64> = (0..n).map(|i| h[i] - x.c()[i] - moved[i]).collect();
+    let right: List<f64> = (0..n).map(|i| h[i] - x.c()[i] - moved[i]).collect();
     let shortest = x.g().pseudo_inverse()?.mul_vec(&right);
     let reach = 1.01 * shortest.iter().map(|x| x.abs()).sum::<f64>();
     if reach == 0.0 {
@@ -173,8 +173,8 @@ pub fn coordinates_of(
         let sign = if j % 2 == 0 { 0.5 } else { -0.5 };
         sign * reach * x.g()[(i, j / 2)]
     });
-    lp.load(&rows, &right, &vec![0.0; n])?;
-    match lp.maximize(&vec![-1.0; 2 * p]) {
+    lp.load(&rows, &right, &List::filled(0.0, n))?;
+    match lp.maximize(&List::filled(-1.0, 2 * p)) {
         Err(SetError::Empty { .. }) => return Ok(m),
         solved => solved?,
     };

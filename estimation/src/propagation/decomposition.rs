@@ -17,7 +17,7 @@
 use serde::{Deserialize, Serialize};
 use zonobench_sets::interval_matrix::{hessian_over, jacobian_over};
 use zonobench_sets::number::Function;
-use zonobench_sets::{Frame, Interval, IntervalMatrix, IntervalVector, Matrix, SetError};
+use zonobench_sets::{Frame, Interval, IntervalMatrix, IntervalVector, List, Matrix, SetError};
 
 /// Which numbers "lower" and "upper" are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -123,7 +123,7 @@ impl Corners {
     }
 
     /// Corner `bits`: component active[a] at its upper bound if bit a is set.
-    fn at(&self, bits: usize) -> Vec<f64> {
+    fn at(&self, bits: usize) -> List<f64> {
         let mut z = self.range.mid();
         for (a, &j) in self.active.iter().enumerate() {
             let side = self.range[j];

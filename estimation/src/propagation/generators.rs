@@ -84,9 +84,9 @@ pub fn generator_relations<F: Function>(
     let frame = Frame::identity(&xi);
     let mut rows = chosen_relations(&f, &frame, &j.mul_matrix(set.g()), recipe)?;
     if set.r().iter().any(|&r| r > 0.0) {
-        for (row, more) in rows.iter_mut().zip(product_up(&j.mag(), set.r())) {
+        for (row, more) in rows.iter_mut().zip(&product_up(&j.mag(), set.r())) {
             for relation in row {
-                relation.remainder = relation.remainder + Interval::from_center_radius(0.0, more);
+                relation.remainder = relation.remainder + Interval::from_center_radius(0.0, *more);
             }
         }
     }

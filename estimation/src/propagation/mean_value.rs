@@ -5,7 +5,9 @@ use zonobench_sets::interval_matrix::partial_jacobian_over;
 use zonobench_sets::lp::LinearProgram;
 use zonobench_sets::number::Function;
 use zonobench_sets::reduction::scott;
-use zonobench_sets::{ConstrainedZonotope, IntervalMatrix, IntervalVector, SetError, Zonotope};
+use zonobench_sets::{
+    ConstrainedZonotope, IntervalMatrix, IntervalVector, List, SetError, Zonotope,
+};
 
 /// A Jacobian whose radii are this small beside its entries is constant but for rounding.
 const CONSTANT: f64 = 1e-12;
@@ -41,7 +43,7 @@ pub fn mean_value<F: Function>(
             .map(|j| (0..rad.rows()).map(|i| 2.0 * rad[(i, j)]).sum())
             .collect())
     };
-    let h = choice.point(x, hull, || Ok(free.c().to_vec()), weights, lp)?;
+    let h = choice.point(x, hull, || Ok(List::from(free.c())), weights, lp)?;
     let wide = around(hull, &h);
     let j = if wide == *hull {
         over
@@ -49,8 +51,8 @@ pub fn mean_value<F: Function>(
         jacobian(&wide)?
     };
     let (start, by_noise, boxed, rounding) = at_point(f, &h, w, &hull_w)?;
-    let middle: Vec<f64> = start.mid();
-    let minus: Vec<f64> = h.iter().map(|x| -x).collect();
+    let middle = start.mid();
+    let minus: List<f64> = h.iter().map(|x| -x).collect();
     let image = x.translate(&minus)?.affine_map(&j.mid(), &middle)?;
     let sides = product_up(&j.rad(), &distances(free.zonotope(), &h));
     let set = by_noise.minkowski_sum(&image)?.plus_box(&sides)?;
@@ -75,7 +77,7 @@ pub fn zonotope_mean_value<F: Function>(
     let j = state_jacobian(f, &x.interval_hull()?, &hull_w)?;
     let noise = w.clone().into();
     let (start, by_noise, boxed, rounding) = at_point(f, h, &noise, &hull_w)?;
-    let minus: Vec<f64> = h.iter().map(|x| -x).collect();
+    let minus: List<f64> = h.iter().map(|x| -x).collect();
     let image = ConstrainedZonotope::from(x.translate(&minus)?.affine_map(&j.mid(), &start.mid())?);
     let sides = product_up(&j.rad(), &distances(x, h));
     let set = image.plus_box(&sides)?.minkowski_sum(&by_noise)?;
@@ -102,7 +104,7 @@ fn state_jacobian<F: Function>(
 }
 
 /// f(h, c_w), the set mid J_w (W − c_w), the box of what J_w varies, and what is mere rounding of it.
-type AtPoint = (IntervalVector, ConstrainedZonotope, Vec<f64>, Vec<f64>);
+type AtPoint = (IntervalVector, ConstrainedZonotope, List<f64>, List<f64>);
 
 /// The parts of f(h, W).
 fn at_point<F: Function>(
@@ -117,11 +119,11 @@ fn at_point<F: Function>(
     let (value, _) = partial_jacobian_over(f, &at, 0..0)?;
     let over = IntervalVector::stack(&[&h, &around(hull_w, c_w)]);
     let (_, j) = partial_jacobian_over(f, &over, n..n + c_w.len())?;
-    let minus: Vec<f64> = c_w.iter().map(|x| -x).collect();
+    let minus: List<f64> = c_w.iter().map(|x| -x).collect();
     let image = w.translate(&minus)?.linear_map(&j.mid())?;
     let varies = product_up(&j.rad(), &distances(w.zonotope(), c_w));
     let affine = j.as_slice().iter().all(|e| e.rad() <= CONSTANT * e.mag());
-    let none = vec![0.0; n];
+    let none = List::filled(0.0, n);
     Ok(if affine {
         (value, image, none, varies)
     } else {

@@ -20,7 +20,7 @@ pub use taylor::{Expansion, Remainder, first_order, first_order_about, zonotope_
 use crate::System;
 use zonobench_sets::number::{Function, Real};
 use zonobench_sets::rounding::up;
-use zonobench_sets::{Interval, IntervalVector, Matrix, Zonotope};
+use zonobench_sets::{Interval, IntervalVector, List, Matrix, Zonotope};
 
 /// (x, w) ↦ f(k, x, u, w) of a system at one step, as a function of n + n_w numbers.
 #[derive(Debug)]
@@ -36,12 +36,17 @@ impl<'a, Y: System> Dynamics<'a, Y> {
     /// The dynamics that lead from step `k` to `k` + 1 under the input `u`.
     pub fn new(system: &'a Y, k: usize, u: &'a [f64]) -> Self {
         let variables = system.variables();
+        Self::of_sizes(system, k, u, variables.x.len(), variables.w.len())
+    }
+
+    /// The same where n and n_w are known: the names of variables are made anew each time they are asked for.
+    pub(crate) fn of_sizes(system: &'a Y, k: usize, u: &'a [f64], n: usize, n_w: usize) -> Self {
         Self {
             system,
             k,
             u,
-            n: variables.x.len(),
-            n_w: variables.w.len(),
+            n,
+            n_w,
         }
     }
 }
@@ -69,7 +74,7 @@ fn around(sides: &IntervalVector, point: &[f64]) -> IntervalVector {
 }
 
 /// Upper bounds on |x − h| over the zonotope: ⌈|c − h| + |G| 1 + r⌉.
-fn distances(z: &Zonotope, h: &[f64]) -> Vec<f64> {
+fn distances(z: &Zonotope, h: &[f64]) -> List<f64> {
     let radius = z.radius();
     (0..z.dim())
         .map(|i| up((z.c()[i] - h[i]).abs() + radius[i], 2))
@@ -77,7 +82,7 @@ fn distances(z: &Zonotope, h: &[f64]) -> Vec<f64> {
 }
 
 /// ⌈R e⌉ for R, e ≥ 0; exactly 0 where the row of R is.
-pub(crate) fn product_up(r: &Matrix, e: &[f64]) -> Vec<f64> {
+pub(crate) fn product_up(r: &Matrix, e: &[f64]) -> List<f64> {
     let row = |i: usize| {
         let row = r.row(i);
         match row.iter().all(|&x| x == 0.0) {
@@ -92,7 +97,7 @@ pub(crate) fn product_up(r: &Matrix, e: &[f64]) -> Vec<f64> {
 }
 
 /// a + b of nonnegative numbers, rounded up where it rounds.
-fn sum_up(a: &[f64], b: &[f64]) -> Vec<f64> {
+fn sum_up(a: &[f64], b: &[f64]) -> List<f64> {
     a.iter()
         .zip(b)
         .map(|(&a, &b)| {

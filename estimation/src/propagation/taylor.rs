@@ -10,7 +10,7 @@ use zonobench_sets::ops;
 use zonobench_sets::reduction::{girard, scott};
 use zonobench_sets::rounding::{ETA, gamma, up};
 use zonobench_sets::{
-    ConstrainedZonotope, Interval, IntervalMatrix, IntervalVector, Matrix, SetError, Zonotope,
+    ConstrainedZonotope, Interval, IntervalMatrix, IntervalVector, List, Matrix, SetError, Zonotope,
 };
 
 /// How the second-order term is split where h is not the center.
@@ -75,7 +75,7 @@ pub fn first_order<F: Function>(
     let hull_w = w.interval_hull_with(lp)?;
     let (x, h) = centered(f, x.clone(), hull, &hull_w, choice, lp)?;
     let z = x.cartesian_product(w);
-    let h = [&h[..], w.c()].concat();
+    let h = List::concat(&[&h[..], w.c()]);
     let over = around(&IntervalVector::stack(&[hull, &hull_w]), &h);
     first_order_about(f, &z, &over, &h, remainder, expansion)
 }
@@ -91,7 +91,7 @@ pub fn zonotope_first_order<F: Function>(
 ) -> Result<Zonotope, SetError> {
     let z = x.cartesian_product(w);
     let over = z.interval_hull()?;
-    let h = z.c().to_vec();
+    let h = List::from(z.c());
     let set = first_order_about(
         f,
         &z.into(),
@@ -111,10 +111,10 @@ fn centered<F: Function>(
     hull_w: &IntervalVector,
     choice: Choice,
     lp: &mut LinearProgram,
-) -> Result<(ConstrainedZonotope, Vec<f64>), SetError> {
+) -> Result<(ConstrainedZonotope, List<f64>), SetError> {
     let in_place = matches!(choice, Choice::C4 | Choice::C4xb) && has(&x, x.c(), lp)?;
     if in_place {
-        let h = x.c().to_vec();
+        let h = List::from(x.c());
         return Ok((x, h));
     }
     match choice {
@@ -122,7 +122,7 @@ fn centered<F: Function>(
             let h = nearest(&x, &hull.mid(), lp)?;
             let m = coordinates_of(&x, &h, &scott::coordinate_bounds(&x)?, lp)?;
             let x = scott::recentred(&x, &m)?;
-            let h = x.c().to_vec();
+            let h = List::from(x.c());
             Ok((x, h))
         }
         Choice::Xb | Choice::C4xb => {
@@ -131,7 +131,7 @@ fn centered<F: Function>(
             Ok((free.intersect(&x)?, h))
         }
         Choice::C1 | Choice::C2 | Choice::C3 => {
-            let free = || Ok(scott::eliminate_constraints(&x, 0)?.c().to_vec());
+            let free = || Ok(List::from(scott::eliminate_constraints(&x, 0)?.c()));
             let weights = || {
                 let (_, j) = jacobian_over(f, &IntervalVector::stack(&[hull, hull_w]))?;
                 let rad = j.rad();
@@ -158,11 +158,11 @@ pub fn first_order_about<F: Function>(
 ) -> Result<ConstrainedZonotope, SetError> {
     let (value, gradient) = jacobian_over(f, &IntervalVector::point(h)?)?;
     let (_, _, hessians) = hessian_over(f, over)?;
-    let halves: Vec<IntervalMatrix> = hessians.iter().map(half).collect();
+    let halves: List<IntervalMatrix> = hessians.iter().map(half).collect();
     if expansion == Expansion::Lean {
         return lean(z, over, h, remainder, &value, &gradient, &halves);
     }
-    let minus: Vec<f64> = h.iter().map(|x| -x).collect();
+    let minus: List<f64> = h.iter().map(|x| -x).collect();
     let first = z
         .translate(&minus)?
         .affine_map(&gradient.mid(), &value.mid())?;
@@ -197,12 +197,12 @@ fn lean(
             terms.fold(value[q], |sum, (&l, &p)| sum - l * p)
         })
         .collect();
-    let minus: Vec<f64> = h.iter().map(|x| -x).collect();
+    let minus: List<f64> = h.iter().map(|x| -x).collect();
     let first = z
         .translate(&minus)?
         .affine_map(&slope.mid(), &start.mid())?;
     let first = first.widened_by(&sum_up(&start.rad(), &by_rounding_box(z, halves, h)))?;
-    let far: Vec<f64> = over.iter().zip(h).map(|(o, &h)| (*o - h).mag()).collect();
+    let far: List<f64> = over.iter().zip(h).map(|(o, &h)| (*o - h).mag()).collect();
     let (center, g, rest) = products(z, halves);
     let rest = sum_up(&rest, &product_up(&slope.rad(), &far));
     let second = Zonotope::new(center, Matrix::hcat(&[&g, &Matrix::diagonal(&rest)]))?;
@@ -210,7 +210,7 @@ fn lean(
 }
 
 /// p = c − h, enclosed.
-fn off_by(z: &ConstrainedZonotope, h: &[f64]) -> Vec<Interval> {
+fn off_by(z: &ConstrainedZonotope, h: &[f64]) -> List<Interval> {
     z.c()
         .iter()
         .zip(h)
@@ -247,9 +247,9 @@ fn half(hessian: &IntervalMatrix) -> IntervalMatrix {
 }
 
 /// ⌈(2 |p + G ξ| + r)ᵀ |Q_q^s| r⌉: what the rounding box adds to the second-order terms.
-fn by_rounding_box(z: &ConstrainedZonotope, halves: &[IntervalMatrix], h: &[f64]) -> Vec<f64> {
+fn by_rounding_box(z: &ConstrainedZonotope, halves: &[IntervalMatrix], h: &[f64]) -> List<f64> {
     if z.r().iter().all(|&r| r == 0.0) {
-        return vec![0.0; halves.len()];
+        return List::filled(0.0, halves.len());
     }
     let n = z.dim();
     // |p + G ξ| + r is in the distances.
@@ -290,14 +290,14 @@ fn second_order(
 }
 
 /// c̃, the columns of ξ̃ and d of ξᵀ Gᵀ Q_q G ξ.
-fn products(z: &ConstrainedZonotope, halves: &[IntervalMatrix]) -> (Vec<f64>, Matrix, Vec<f64>) {
+fn products(z: &ConstrainedZonotope, halves: &[IntervalMatrix]) -> (List<f64>, Matrix, List<f64>) {
     let (dim, p) = (z.dim(), z.generators());
     let pairs = p + p * (p - p.min(1)) / 2;
-    let mut center = vec![0.0; halves.len()];
+    let mut center = List::filled(0.0, halves.len());
     let mut g = Matrix::zeros(halves.len(), pairs);
-    let mut rest = vec![0.0; halves.len()];
+    let mut rest = List::filled(0.0, halves.len());
     let sums = z.zonotope().abs_row_sums();
-    let mut along = vec![0.0; p];
+    let mut along = List::filled(0.0, p);
     // Products of three factors, summed over N twice, then over the p of the trace.
     let error = gamma(2 * dim * dim + p + 8);
     for (q, half) in halves.iter().enumerate() {
@@ -353,13 +353,13 @@ fn add_products(row: &mut [f64], g: &[f64], h: &[f64]) {
 }
 
 /// The products of the constraints r ≤ s, as rows over the products of ξ.
-fn constraint_products(z: &ConstrainedZonotope, pairs: usize) -> (Matrix, Vec<f64>, Vec<f64>) {
+fn constraint_products(z: &ConstrainedZonotope, pairs: usize) -> (Matrix, List<f64>, List<f64>) {
     let (p, q) = (z.generators(), z.constraints());
-    let norms: Vec<f64> = (0..q)
+    let norms: List<f64> = (0..q)
         .map(|r| up(z.a().row(r).iter().fold(0.0, |s, x| s + x.abs()), p))
         .collect();
     let mut a = Matrix::zeros(q * (q + 1) / 2, pairs);
-    let (mut b, mut delta) = (Vec::new(), Vec::new());
+    let (mut b, mut delta) = (List::new(), List::new());
     for r in 0..q {
         for s in r..q {
             let row = a.row_mut(b.len());
@@ -390,10 +390,10 @@ fn off_center(
     let n = z.dim();
     let l = second_order_weights(&off_by(z, h), halves, remainder);
     // p + 2 G ξ = 2 (c + G ξ) − (c + h).
-    let shift: Vec<f64> = z.c().iter().zip(h).map(|(c, h)| -(c + h)).collect();
+    let shift: List<f64> = z.c().iter().zip(h).map(|(c, h)| -(c + h)).collect();
     let double = Matrix::identity(n).scale(2.0);
     let arm = z.affine_map(&double, &shift)?;
-    let exact: Vec<Interval> = z
+    let exact: List<Interval> = z
         .c()
         .iter()
         .zip(h)
@@ -404,9 +404,9 @@ fn off_center(
             .iter()
             .zip(&shift)
             .map(|(e, &s)| (*e - s).mag())
-            .collect::<Vec<_>>(),
+            .collect::<List<_>>(),
     )?;
     let free = scott::eliminate_constraints(&arm, 0)?;
-    let sides = product_up(&l.rad(), &distances(free.zonotope(), &vec![0.0; n]));
+    let sides = product_up(&l.rad(), &distances(free.zonotope(), &List::filled(0.0, n)));
     arm.linear_map(&l.mid())?.plus_box(&sides)
 }

@@ -104,7 +104,7 @@ impl<'a> Source<'a> {
     /// Drawn again until inside the box: one component at a time where they are independent (the law
     /// is then the same as that of redrawing the vector), else the whole vector.
     fn truncated(&mut self, of: &Uncertain, k: usize) -> Result<Vec<f64>, SimulationError> {
-        let radius: Vec<f64> = of.generator_matrix().abs_row_sums();
+        let radius = of.generator_matrix().abs_row_sums();
         let inside = |i: usize, x: f64| (x - of.center[i]).abs() <= radius[i] * INSIDE;
         let mut vector: Vec<Option<f64>> = vec![None; self.n];
         for attempt in 0..MAX_ATTEMPTS {

@@ -122,7 +122,7 @@ fn case(s: &mut Source, size: Size) -> Case {
         .collect();
     let map = s.matrix(n, n, 1).scale(2.0 / n as f64);
     let output = s.matrix(outputs, n, 1);
-    let y = [output.mul_vec(&x), output.mul_vec(&map.mul_vec(&x))];
+    let y = [&x[..], &map.mul_vec(&x)].map(|x| output.mul_vec(x).into_vec());
     let set = ConstrainedZonotope::new(c, g, a, b).expect("the shapes fit");
     let ends = ends(&set);
     Case {

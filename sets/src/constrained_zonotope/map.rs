@@ -7,12 +7,12 @@
 
 use super::{ConstrainedZonotope, same};
 use crate::rounding::{ETA, U, gamma, up};
-use crate::{Interval, Matrix, SetError, Zonotope};
+use crate::{Interval, List, Matrix, SetError, Zonotope};
 
 impl ConstrainedZonotope {
     /// Encloses { M x : x ∈ X }, M m × n. See [`ConstrainedZonotope::affine_map`].
     pub fn linear_map(&self, m: &Matrix) -> Result<Self, SetError> {
-        self.affine_map(m, &vec![0.0; m.rows()])
+        self.affine_map(m, &List::filled(0.0, m.rows()))
     }
 
     /// Encloses { M x + t : x ∈ X } = ⟨M c + t, M G, A, b⟩, M m × n, t in ℝᵐ.
@@ -62,7 +62,7 @@ impl ConstrainedZonotope {
         });
         let (c, r) = (&self.c()[which.clone()], &self.r()[which]);
         Ok(Self {
-            z: Zonotope::checked(OP, c.to_vec(), g, r.to_vec())?,
+            z: Zonotope::checked(OP, c, g, r)?,
             ..self.clone()
         })
     }
@@ -80,8 +80,8 @@ impl ConstrainedZonotope {
         Self {
             z,
             a,
-            b: [&self.b[..], &y.b].concat(),
-            delta: [&self.delta[..], &y.delta].concat(),
+            b: List::concat(&[&self.b[..], &y.b]),
+            delta: List::concat(&[&self.delta[..], &y.delta]),
         }
     }
 
@@ -122,11 +122,11 @@ impl ConstrainedZonotope {
             }
         });
         let (mut b, mut delta) = (
-            [&self.b[..], &y.b].concat(),
-            [&self.delta[..], &y.delta].concat(),
+            List::concat(&[&self.b[..], &y.b]),
+            List::concat(&[&self.delta[..], &y.delta]),
         );
         let sums = self.z.abs_row_sums();
-        for (i, (&d, rc)) in y.c().iter().zip(r.mul_vec(self.c())).enumerate() {
+        for (i, (&d, &rc)) in y.c().iter().zip(&r.mul_vec(self.c())).enumerate() {
             let right = d - rc;
             b.push(right);
             delta.push(match picked(r.row(i)) {
@@ -151,7 +151,7 @@ impl ConstrainedZonotope {
             });
         }
         let g = Matrix::from_fn(n, cols, |i, j| if j < p { self.g()[(i, j)] } else { 0.0 });
-        let z = Zonotope::checked(OP, self.c().to_vec(), g, self.r().to_vec())?;
+        let z = Zonotope::checked(OP, self.c(), g, self.r())?;
         Self::checked(OP, z, a, b, delta)
     }
 
@@ -178,7 +178,7 @@ impl ConstrainedZonotope {
     /// Fails with `Dimension`, `NotFinite`, or `Empty` if the half-space misses that zonotope.
     pub fn intersect_halfspace(&self, d: &[f64], s: f64) -> Result<Self, SetError> {
         const OP: &str = "intersection with a half-space";
-        let minus: Vec<f64> = d.iter().map(|x| -x).collect();
+        let minus: List<f64> = d.iter().map(|x| -x).collect();
         let least = -self.z.support(&minus)?;
         let strip = match Interval::new(least, s) {
             Ok(strip) => strip,

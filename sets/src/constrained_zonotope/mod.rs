@@ -19,7 +19,7 @@ mod spatial;
 
 use crate::lp::{Emptiness, LinearProgram};
 use crate::rounding::{ETA, gamma, up};
-use crate::{Containment, Interval, IntervalVector, Matrix, SetError, Zonotope};
+use crate::{Containment, Interval, IntervalVector, List, Matrix, SetError, Zonotope};
 
 /// The constrained zonotope ⟨c, G, A, b, r, δ⟩.
 ///
@@ -35,8 +35,8 @@ use crate::{Containment, Interval, IntervalVector, Matrix, SetError, Zonotope};
 pub struct ConstrainedZonotope {
     z: Zonotope,
     a: Matrix,
-    b: Vec<f64>,
-    delta: Vec<f64>,
+    b: List<f64>,
+    delta: List<f64>,
 }
 
 impl ConstrainedZonotope {
@@ -44,8 +44,14 @@ impl ConstrainedZonotope {
     ///
     /// `a` must have p columns also when it has no rows. Fails with `Dimension` if shapes differ or
     /// n = 0, with `NotFinite` at a NaN or infinite entry.
-    pub fn new(c: Vec<f64>, g: Matrix, a: Matrix, b: Vec<f64>) -> Result<Self, SetError> {
-        let delta = vec![0.0; b.len()];
+    pub fn new(
+        c: impl Into<List<f64>>,
+        g: Matrix,
+        a: Matrix,
+        b: impl Into<List<f64>>,
+    ) -> Result<Self, SetError> {
+        let b = b.into();
+        let delta = List::filled(0.0, b.len());
         Self::with_slack(Zonotope::new(c, g)?, a, b, delta)
     }
 
@@ -55,10 +61,11 @@ impl ConstrainedZonotope {
     pub fn with_slack(
         z: Zonotope,
         a: Matrix,
-        b: Vec<f64>,
-        delta: Vec<f64>,
+        b: impl Into<List<f64>>,
+        delta: impl Into<List<f64>>,
     ) -> Result<Self, SetError> {
         const OP: &str = "constrained zonotope";
+        let (b, delta) = (b.into(), delta.into());
         same(OP, z.generators(), a.cols())?;
         for got in [b.len(), delta.len()] {
             same(OP, a.rows(), got)?;
@@ -79,9 +86,10 @@ impl ConstrainedZonotope {
         op: &'static str,
         z: Zonotope,
         a: Matrix,
-        b: Vec<f64>,
-        delta: Vec<f64>,
+        b: impl Into<List<f64>>,
+        delta: impl Into<List<f64>>,
     ) -> Result<Self, SetError> {
+        let (b, delta) = (b.into(), delta.into());
         match a
             .as_slice()
             .iter()
@@ -173,7 +181,7 @@ impl ConstrainedZonotope {
     pub fn fold(self) -> Self {
         let (n, p, q) = (self.dim(), self.generators(), self.constraints());
         let z = self.z.fold();
-        let slack: Vec<usize> = (0..q).filter(|&i| self.delta[i] != 0.0).collect();
+        let slack: List<usize> = (0..q).filter(|&i| self.delta[i] != 0.0).collect();
         if slack.is_empty() {
             let a = widened(self.a, z.generators());
             return Self {
@@ -195,13 +203,13 @@ impl ConstrainedZonotope {
                 0.0
             }
         });
-        let z = Zonotope::checked("fold", z.c().to_vec(), g, vec![0.0; n]);
+        let z = Zonotope::checked("fold", z.c(), g, List::filled(0.0, n));
         let z = z.expect("the entries are those of the set, which are finite");
         Self {
             z,
             a,
             b: self.b,
-            delta: vec![0.0; q],
+            delta: List::filled(0.0, q),
         }
     }
 
@@ -215,8 +223,8 @@ impl ConstrainedZonotope {
             (true, false) => m.abs(),
             _ => up(r + m.abs(), 1),
         };
-        let r = self.r().iter().zip(more).map(sum).collect();
-        let z = Zonotope::with_rounding(self.c().to_vec(), self.g().clone(), r)?;
+        let r: List<f64> = self.r().iter().zip(more).map(sum).collect();
+        let z = Zonotope::with_rounding(self.c(), self.g().clone(), r)?;
         Ok(Self { z, ..self })
     }
 
@@ -230,7 +238,7 @@ impl ConstrainedZonotope {
             sides.len(),
         )?;
         let g = Matrix::hcat(&[self.g(), &Matrix::diagonal(sides)]);
-        let z = Zonotope::with_rounding(self.c().to_vec(), g, self.r().to_vec())?;
+        let z = Zonotope::with_rounding(self.c(), g, self.r())?;
         let a = widened(self.a, z.generators());
         Ok(Self {
             z,
@@ -266,8 +274,8 @@ impl ConstrainedZonotope {
         }
         let _stage = crate::ops::stage(crate::ops::Stage::Hull);
         self.load(lp)?;
-        let mut minus = vec![0.0; self.generators()];
-        let mut sides = Vec::with_capacity(self.dim());
+        let mut minus = List::filled(0.0, self.generators());
+        let mut sides = List::with_capacity(self.dim());
         for j in 0..self.dim() {
             let row = self.g().row(j);
             let upper = empty_in(OP, lp.maximize(row))?.upper;
@@ -388,7 +396,7 @@ impl ConstrainedZonotope {
                 value: side.mag(),
             });
         }
-        let (mut right, mut slack, mut reserve) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut right, mut slack, mut reserve) = (List::new(), List::new(), List::new());
         for (i, &side) in x.iter().enumerate() {
             let offset = side - self.c()[i];
             // Every x − c lies within `radius` of the middle, the rounding of the difference included.
@@ -404,7 +412,7 @@ impl ConstrainedZonotope {
         right.extend_from_slice(&self.b);
         slack.extend_from_slice(&self.delta);
         let rows = Matrix::vcat(&[self.g(), &self.a]);
-        let radius: Vec<f64> = reserve.iter().map(|r| 0.5 * r).collect();
+        let radius: List<f64> = reserve.iter().map(|r| 0.5 * r).collect();
         if radius.iter().zip(self.r()).any(|(radius, r)| radius > r)
             && self.contains_deeply(&rows, &right, &radius, lp)?
         {
@@ -447,7 +455,7 @@ impl ConstrainedZonotope {
         }
         let product = rows.mul(&inverse);
         let sizes = rows.abs().mul(&inverse.abs());
-        let left: Vec<f64> = (0..rows.rows())
+        let left: List<f64> = (0..rows.rows())
             .map(|i| {
                 let defect = (0..n).map(|j| {
                     let identity = f64::from(u8::from(i == j));
@@ -457,7 +465,7 @@ impl ConstrainedZonotope {
                 up(defect.sum::<f64>(), n + 4)
             })
             .collect();
-        let slack = [self.r(), &self.delta].concat();
+        let slack = List::concat(&[self.r(), &self.delta]);
         let within = 1.0 - share;
         lp.load(&rows.scale(within), right, &slack)?;
         let Emptiness::NonEmpty(mut xi) = lp.point_with_reserve(&left) else {
@@ -472,7 +480,7 @@ impl ConstrainedZonotope {
 /// The first n columns of Bᵀ(B Bᵀ)⁻¹ for B = `rows`, rounded; `None` where the rows are dependent.
 fn right_inverse(rows: &Matrix, n: usize) -> Option<Matrix> {
     let m = rows.rows();
-    let norms: Vec<f64> = (0..m)
+    let norms: List<f64> = (0..m)
         .map(|i| rows.row(i).iter().fold(0.0, |s, x| s + x * x).sqrt())
         .collect();
     if norms.contains(&0.0) {
@@ -490,8 +498,8 @@ impl From<Zonotope> for ConstrainedZonotope {
         Self {
             z,
             a,
-            b: Vec::new(),
-            delta: Vec::new(),
+            b: List::new(),
+            delta: List::new(),
         }
     }
 }

@@ -51,7 +51,7 @@ impl ConstrainedZonotope {
     /// c + G ξ.
     pub(crate) fn at(&self, xi: &[f64]) -> Vec<f64> {
         let offset = self.g().mul_vec(xi);
-        self.c().iter().zip(offset).map(|(c, o)| c + o).collect()
+        self.c().iter().zip(&offset).map(|(c, o)| c + o).collect()
     }
 
     fn polygon(&self) -> Result<Polygon, SetError> {

@@ -28,7 +28,7 @@
 
 use crate::matrix::abs_sum;
 use crate::rounding::{ETA, gamma, up};
-use crate::{Matrix, SetError, ops};
+use crate::{List, Matrix, SetError, ops};
 
 /// The rows |Aξ − b| ≤ δ, equilibrated.
 #[derive(Clone, Debug, Default)]
@@ -37,13 +37,13 @@ pub(super) struct Program {
     cols: usize,
     /// Row length in `a`, a multiple of [`LANES`]; the excess is zero.
     stride: usize,
-    a: Vec<f64>,
-    b: Vec<f64>,
-    delta: Vec<f64>,
+    a: List<f64>,
+    b: List<f64>,
+    delta: List<f64>,
     /// Upper bounds on |A_i|1 + |b_i| + δ_i.
-    weight: Vec<f64>,
+    weight: List<f64>,
     /// The power of two that row i was multiplied by.
-    scale: Vec<f64>,
+    scale: List<f64>,
 }
 
 /// Rows are padded to a multiple of this.
@@ -204,7 +204,7 @@ impl Program {
     /// verified. Leaves b − Aξ in `residual`. |ξ| ≤ 1 is the caller's; no reserve is zero.
     ///
     /// σ_i = 2γ_{n+2}(|A_i|1 + |b_i|) + 2η. The computed residual is off by at most γ_{n+1}(|A_i|1 + |b_i|).
-    pub(super) fn missing(&self, xi: &[f64], reserve: &[f64], residual: &mut Vec<f64>) -> f64 {
+    pub(super) fn missing(&self, xi: &[f64], reserve: &[f64], residual: &mut List<f64>) -> f64 {
         ops::count(self.rows * (self.cols + 4), 2 * self.rows * self.cols);
         residual.clear();
         residual.resize(self.rows, 0.0);

@@ -21,7 +21,7 @@ mod second_opinion;
 mod simplex;
 
 use crate::matrix::abs_sum;
-use crate::{Matrix, SetError, ops, rounding};
+use crate::{List, Matrix, SetError, ops, rounding};
 use certificate::Program;
 use simplex::{FEASIBLE, Outcome, STRICT, Simplex};
 
@@ -48,7 +48,7 @@ pub enum Emptiness {
     Empty,
     /// A point ξ with |ξ| ≤ 1 and |Aξ − b| ≤ δ + σ was verified, where
     /// σ_i = 2γ_{n+2}(|A_i|1 + |b_i|) + 2η is the rounding of checking row i.
-    NonEmpty(Vec<f64>),
+    NonEmpty(List<f64>),
     /// Neither could be proved.
     Undecided {
         /// By how much the best point misses its rows' slack δ + σ, each row divided by its largest
@@ -74,13 +74,13 @@ pub struct Maximum {
 pub struct LinearProgram {
     program: Program,
     simplex: Simplex,
-    multipliers: Vec<f64>,
+    multipliers: List<f64>,
     /// d − Aᵀy, one entry a column.
-    residual: Vec<f64>,
+    residual: List<f64>,
     /// b − Aξ, one entry a row.
-    row_residual: Vec<f64>,
-    direction: Vec<f64>,
-    point: Vec<f64>,
+    row_residual: List<f64>,
+    direction: List<f64>,
+    point: List<f64>,
     /// Set once a Farkas vector has been certified for the rows loaded.
     proved_empty: bool,
     work: Work,
@@ -322,7 +322,7 @@ impl LinearProgram {
                 self.proved_empty = true;
                 return Emptiness::Empty;
             }
-            let point: Vec<f64> = opinion.point.iter().map(|x| x.clamp(-1.0, 1.0)).collect();
+            let point: List<f64> = opinion.point.iter().map(|x| x.clamp(-1.0, 1.0)).collect();
             let missing = self
                 .program
                 .missing(&point, reserve, &mut self.row_residual);

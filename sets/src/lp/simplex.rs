@@ -20,7 +20,7 @@
 //! Nothing here has to be right for the bounds to be: see `certificate`.
 
 use super::certificate::{LANES, Program};
-use crate::ops;
+use crate::{List, ops};
 
 /// How far a basic variable may exceed its range for a bound: rows and boxes have coefficients near 1.
 pub(super) const FEASIBLE: f64 = 1e-11;
@@ -73,31 +73,31 @@ pub(super) struct Simplex {
     cols: usize,
     stride: usize,
     active: usize,
-    tableau: Vec<f64>,
+    tableau: List<f64>,
     /// B⁻¹b.
-    right: Vec<f64>,
+    right: List<f64>,
     /// The basic variables' values.
-    x: Vec<f64>,
-    basis: Vec<usize>,
-    column: Vec<usize>,
-    reduced: Vec<f64>,
-    side: Vec<f64>,
-    range: Vec<f64>,
-    basic_range: Vec<f64>,
+    x: List<f64>,
+    basis: List<usize>,
+    column: List<usize>,
+    reduced: List<f64>,
+    side: List<f64>,
+    range: List<f64>,
+    basic_range: List<f64>,
     /// The range of each row's slack.
-    slack_range: Vec<f64>,
+    slack_range: List<f64>,
     /// Rows set aside: their basic variables have an infinite range for the time being.
-    aside: Vec<usize>,
+    aside: List<usize>,
     /// a_j of the ratio test, one a column.
-    slope: Vec<f64>,
+    slope: List<f64>,
     /// side_j·reduced_j, one a column.
-    gap: Vec<f64>,
+    gap: List<f64>,
     /// The columns that can enter, at the front.
-    breakpoints: Vec<Breakpoint>,
-    flips: Vec<(usize, f64)>,
-    pivot_row: Vec<f64>,
-    pivot_column: Vec<f64>,
-    wanted: Vec<usize>,
+    breakpoints: List<Breakpoint>,
+    flips: List<(usize, f64)>,
+    pivot_row: List<f64>,
+    pivot_column: List<f64>,
+    wanted: List<usize>,
     /// Pivots since the tableau was built from the coefficients.
     age: u64,
 }
@@ -154,7 +154,7 @@ impl Simplex {
         wanted.clear();
         wanted.extend(self.basis.iter().copied().filter(|&v| v < self.cols));
         wanted.sort_unstable();
-        let free_basic: Vec<usize> = self
+        let free_basic: List<usize> = self
             .basis
             .iter()
             .copied()
@@ -557,7 +557,7 @@ impl Simplex {
     }
 
     /// The present ξ, clamped to |ξ| ≤ 1.
-    pub(super) fn point(&self, xi: &mut Vec<f64>) {
+    pub(super) fn point(&self, xi: &mut List<f64>) {
         xi.clear();
         xi.resize(self.cols, 0.0);
         for j in 0..self.active {

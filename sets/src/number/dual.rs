@@ -6,6 +6,7 @@
 //! the model is written: fewer occurrences of a variable give a tighter one.
 
 use super::Real;
+use crate::List;
 use std::ops::{Add, Div, Mul, Neg, Range, Sub};
 
 /// A value and its derivatives in N directions.
@@ -214,14 +215,14 @@ pub trait Function {
 
 /// f(x) and the m × n matrix of first derivatives.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Jacobian<S> {
+pub struct Jacobian<S: 'static> {
     /// f(x), m components.
-    pub value: Vec<S>,
+    pub value: List<S>,
     inputs: usize,
-    first: Vec<S>,
+    first: List<S>,
 }
 
-impl<S: Copy> Jacobian<S> {
+impl<S: Copy + 'static> Jacobian<S> {
     /// n.
     pub fn inputs(&self) -> usize {
         self.inputs
@@ -250,13 +251,13 @@ impl<S: Copy> Jacobian<S> {
 
 /// f(x), its Jacobian and, for every output, the symmetric n × n matrix of second derivatives.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Hessian<S> {
+pub struct Hessian<S: 'static> {
     /// f(x) and the first derivatives.
     pub jacobian: Jacobian<S>,
-    second: Vec<S>,
+    second: List<S>,
 }
 
-impl<S: Copy> Hessian<S> {
+impl<S: Copy + 'static> Hessian<S> {
     /// ∂²f_q/∂x_i∂x_j, the same for (i, j) and (j, i).
     pub fn get(&self, q: usize, i: usize, j: usize) -> S {
         let n = self.jacobian.inputs;
@@ -311,9 +312,9 @@ fn jacobian_in_groups<S: Real, F: Function, const N: usize>(
         "Jacobian: the columns are among the inputs"
     );
     let zero = S::constant(0.0);
-    let (mut value, mut first) = (vec![zero; m], vec![zero; m * n]);
-    let mut seeds: Vec<Dual<S, N>> = x.iter().map(|&v| Dual::fixed(v)).collect();
-    let mut y = vec![Dual::fixed(zero); m];
+    let (mut value, mut first) = (List::filled(zero, m), List::filled(zero, m * n));
+    let mut seeds: List<Dual<S, N>> = x.iter().map(|&v| Dual::fixed(v)).collect();
+    let mut y = List::filled(Dual::fixed(zero), m);
     if n == 0 {
         f.evaluate(x, &mut value);
     }
@@ -365,10 +366,13 @@ fn hessian_in_groups<S: Real, F: Function, const N: usize>(f: &F, x: &[S]) -> He
         "Hessian: the point has as many components as the function has inputs"
     );
     let zero = S::constant(0.0);
-    let (mut value, mut first, mut second) =
-        (vec![zero; m], vec![zero; m * n], vec![zero; m * n * n]);
-    let mut seeds: Vec<Dual<Dual<S, N>, N>> = vec![Dual::fixed(Dual::fixed(zero)); n];
-    let mut y = vec![Dual::fixed(Dual::fixed(zero)); m];
+    let (mut value, mut first, mut second) = (
+        List::filled(zero, m),
+        List::filled(zero, m * n),
+        List::filled(zero, m * n * n),
+    );
+    let mut seeds: List<Dual<Dual<S, N>, N>> = List::filled(Dual::fixed(Dual::fixed(zero)), n);
+    let mut y = List::filled(Dual::fixed(Dual::fixed(zero)), m);
     if n == 0 {
         f.evaluate(x, &mut value);
     }

@@ -15,6 +15,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// (interval); it never panics.
 pub trait Real:
     Copy
+    + 'static
     + std::fmt::Debug
     + Add<Output = Self>
     + Sub<Output = Self>

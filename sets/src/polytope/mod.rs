@@ -276,7 +276,9 @@ impl Polytope {
     pub fn of_zonotope(z: &Zonotope) -> Result<Self, SetError> {
         let n = z.dim();
         let hull = z.interval_hull()?;
-        let columns: Vec<Vec<f64>> = (0..z.generators()).map(|j| z.g().col(j)).collect();
+        let columns: Vec<Vec<f64>> = (0..z.generators())
+            .map(|j| z.g().col(j).into_vec())
+            .collect();
         let mut normals: Vec<Vec<f64>> = Vec::new();
         let mut offer = |normal: Vec<f64>| {
             if let Some(normal) = unit(&normal)

@@ -4,7 +4,7 @@
 //! based on zonotopes", CDC-ECC 2005, in the form that \[dePaula\] and [Li, Remark 1] use.
 
 use super::{reduce_by, reduce_columns_by};
-use crate::{Matrix, SetError, Zonotope, ops};
+use crate::{List, Matrix, SetError, Zonotope, ops};
 
 /// Encloses `z` in a zonotope of at most `generators` generators.
 ///
@@ -26,9 +26,9 @@ pub fn reduce_columns(g: &Matrix, columns: usize) -> Matrix {
 }
 
 /// ‖g_j‖₂² of every column, summed in ascending row.
-fn squared_lengths(g: &Matrix) -> Vec<f64> {
+fn squared_lengths(g: &Matrix) -> List<f64> {
     ops::count(g.rows() * g.cols(), g.rows().saturating_sub(1) * g.cols());
-    let mut lengths = vec![0.0; g.cols()];
+    let mut lengths = List::filled(0.0, g.cols());
     for i in 0..g.rows() {
         for (length, &x) in lengths.iter_mut().zip(g.row(i)) {
             *length += x * x;

@@ -3,7 +3,7 @@
 //! Source: A. Girard, "Reachability of uncertain linear systems using zonotopes", HSCC 2005.
 
 use super::{reduce_by, reduce_columns_by};
-use crate::{Matrix, SetError, Zonotope, ops};
+use crate::{List, Matrix, SetError, Zonotope, ops};
 
 /// Encloses `z` in a zonotope of at most `generators` generators.
 ///
@@ -39,15 +39,15 @@ pub fn reduce_columns(g: &Matrix, columns: usize) -> Matrix {
 }
 
 /// ‖g_j‖₁ − ‖g_j‖∞ of every column, summed in ascending row.
-fn distances_from_axes(g: &Matrix) -> Vec<f64> {
+fn distances_from_axes(g: &Matrix) -> List<f64> {
     ops::count(0, g.rows() * g.cols());
     distances(g, |_, x| x.abs())
 }
 
 /// The same of diag(|G| 1)⁻¹ G. A row of zeros stays one.
-fn scaled_distances(g: &Matrix) -> Vec<f64> {
+fn scaled_distances(g: &Matrix) -> List<f64> {
     ops::count(g.rows() * g.cols() + g.rows(), g.rows() * g.cols());
-    let units: Vec<f64> = g
+    let units: List<f64> = g
         .abs_row_sums()
         .iter()
         .map(|&h| if h > 0.0 { 1.0 / h } else { 0.0 })
@@ -55,9 +55,9 @@ fn scaled_distances(g: &Matrix) -> Vec<f64> {
     distances(g, |i, x| x.abs() * units[i])
 }
 
-fn distances(g: &Matrix, length: impl Fn(usize, f64) -> f64) -> Vec<f64> {
-    let mut sums = vec![0.0; g.cols()];
-    let mut maxima = vec![0.0_f64; g.cols()];
+fn distances(g: &Matrix, length: impl Fn(usize, f64) -> f64) -> List<f64> {
+    let mut sums = List::filled(0.0, g.cols());
+    let mut maxima = List::filled(0.0_f64, g.cols());
     for i in 0..g.rows() {
         for ((sum, max), &x) in sums.iter_mut().zip(&mut maxima).zip(g.row(i)) {
             let x = length(i, x);

@@ -12,7 +12,7 @@ pub mod scott;
 pub mod yang_scott;
 
 use crate::matrix::abs_sum;
-use crate::{Matrix, SetError, Zonotope, ops, rounding};
+use crate::{List, Matrix, SetError, Zonotope, ops, rounding};
 
 /// The methods that reduce a zonotope to a number of generators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
@@ -49,11 +49,11 @@ impl Reduction {
 ///
 /// Keys are nonnegative, so their bit patterns have their order: selecting on integers takes time
 /// linear in the number of keys and gives the same answer for any input, NaN included.
-fn greatest(keys: &[f64], keep: usize) -> Vec<bool> {
+fn greatest(keys: &[f64], keep: usize) -> List<bool> {
     if keep == 0 || keep >= keys.len() {
-        return vec![keep != 0; keys.len()];
+        return List::filled(keep != 0, keys.len());
     }
-    let mut bits: Vec<u64> = keys.iter().map(|key| key.to_bits()).collect();
+    let mut bits: List<u64> = keys.iter().map(|key| key.to_bits()).collect();
     let cut = bits.len() - keep;
     let mut compared = 0;
     let (_, &mut least_kept, above) = bits.select_nth_unstable_by(cut, |a, b| {
@@ -62,7 +62,7 @@ fn greatest(keys: &[f64], keep: usize) -> Vec<bool> {
     });
     ops::compared(compared);
     let ties = 1 + above.iter().filter(|&&b| b == least_kept).count();
-    let mut kept: Vec<bool> = keys.iter().map(|key| key.to_bits() > least_kept).collect();
+    let mut kept: List<bool> = keys.iter().map(|key| key.to_bits() > least_kept).collect();
     let tied = |&(_, key): &(&mut bool, &f64)| key.to_bits() == least_kept;
     for (k, _) in kept.iter_mut().zip(keys).filter(tied).take(ties) {
         *k = true;
@@ -75,7 +75,7 @@ fn greatest(keys: &[f64], keep: usize) -> Vec<bool> {
 fn box_the_rest(g: &Matrix, kept: &[bool], side: impl Fn(usize, f64) -> f64) -> Matrix {
     let (n, p) = (g.rows(), g.cols());
     // Which columns are kept is unpredictable, so the index is always written and the end moves or not.
-    let mut indices = vec![0; p];
+    let mut indices = List::filled(0, p);
     let mut count = 0;
     for (j, &k) in kept.iter().enumerate() {
         indices[count] = j;
@@ -83,7 +83,7 @@ fn box_the_rest(g: &Matrix, kept: &[bool], side: impl Fn(usize, f64) -> f64) -> 
     }
     indices.truncate(count);
     let mut out = Matrix::zeros(n, indices.len() + n);
-    let mut rest = vec![0.0; p];
+    let mut rest = List::filled(0.0, p);
     for i in 0..n {
         let row = g.row(i);
         for ((r, &x), &k) in rest.iter_mut().zip(row).zip(kept) {
@@ -100,7 +100,7 @@ fn box_the_rest(g: &Matrix, kept: &[bool], side: impl Fn(usize, f64) -> f64) -> 
 }
 
 /// The reduction by `key` of a bare matrix.
-fn reduce_columns_by(g: &Matrix, columns: usize, key: impl Fn(&Matrix) -> Vec<f64>) -> Matrix {
+fn reduce_columns_by(g: &Matrix, columns: usize, key: impl Fn(&Matrix) -> List<f64>) -> Matrix {
     assert!(
         columns >= g.rows(),
         "a reduction to {columns} columns is asked of a matrix of {} rows: settings are checked before",
@@ -119,7 +119,7 @@ fn reduce_by(
     z: &Zonotope,
     generators: usize,
     op: &'static str,
-    key: impl Fn(&Matrix) -> Vec<f64>,
+    key: impl Fn(&Matrix) -> List<f64>,
 ) -> Result<Zonotope, SetError> {
     let (n, p) = (z.dim(), z.generators());
     if generators < n {
@@ -137,7 +137,7 @@ fn reduce_by(
     let kept = greatest(&key(z.g()), generators - n);
     let depth = p / 8 + 5;
     let g = box_the_rest(z.g(), &kept, |i, sum| rounding::up(sum + z.r()[i], depth));
-    Zonotope::checked(op, z.c().to_vec(), g, vec![0.0; n])
+    Zonotope::checked(op, z.c(), g, List::filled(0.0, n))
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@
 //! the prediction with an interval matrix makes such lists [dePaula, Prop. 1].
 
 use crate::rounding::{U, gamma, up};
-use crate::{Matrix, SetError, Zonotope, ops};
+use crate::{List, Matrix, SetError, Zonotope, ops};
 
 /// Encloses `z` with generators merged that are parallel up to `tolerance`.
 ///
@@ -28,13 +28,13 @@ pub fn merge(z: &Zonotope, tolerance: f64) -> Result<Zonotope, SetError> {
         });
     }
     let (g, remainder) = merged(z.g(), tolerance);
-    let r = z
+    let r: List<f64> = z
         .r()
         .iter()
         .zip(&remainder)
         .map(|(&r, &e)| if e == 0.0 { r } else { up(r + e, 1) })
         .collect();
-    Zonotope::checked(OP, z.c().to_vec(), g, r)
+    Zonotope::checked(OP, z.c(), g, r)
 }
 
 /// The columns of [`merge`] of a bare matrix; the remainder, at most `tolerance` · S and rounding, is lost.

@@ -13,7 +13,7 @@ mod scores;
 use super::yang_scott::{self, largest};
 use crate::matrix::abs_sum;
 use crate::rounding::{ETA, U, gamma, up};
-use crate::{ConstrainedZonotope, Interval, Matrix, SetError, Zonotope, ops};
+use crate::{ConstrainedZonotope, Interval, List, Matrix, SetError, Zonotope, ops};
 use scores::{Scores, keep};
 
 /// Sweeps over the constraints that a rescaling makes.
@@ -70,11 +70,11 @@ pub fn reduce_generators(
     if x.generators() <= generators {
         return Ok(x.clone());
     }
-    let minus: Vec<f64> = x.b().iter().map(|b| -b).collect();
+    let minus: List<f64> = x.b().iter().map(|b| -b).collect();
     let lifted = Zonotope::with_rounding(
-        [x.c(), &minus].concat(),
+        List::concat(&[x.c(), &minus]),
         Matrix::vcat(&[x.g(), x.a()]),
-        [x.r(), x.delta()].concat(),
+        List::concat(&[x.r(), x.delta()]),
     )?;
     let reduced = yang_scott::reduce(&lifted, generators)?;
     let part = |rows: std::ops::Range<usize>| {
@@ -82,14 +82,9 @@ pub fn reduce_generators(
             reduced.g()[(rows.start + i, j)]
         })
     };
-    let b = reduced.c()[n..].iter().map(|b| -b).collect();
-    let z = Zonotope::checked(
-        OP,
-        reduced.c()[..n].to_vec(),
-        part(0..n),
-        reduced.r()[..n].to_vec(),
-    )?;
-    ConstrainedZonotope::checked(OP, z, part(n..n + q), b, reduced.r()[n..].to_vec())
+    let b: List<f64> = reduced.c()[n..].iter().map(|b| -b).collect();
+    let z = Zonotope::checked(OP, &reduced.c()[..n], part(0..n), &reduced.r()[..n])?;
+    ConstrainedZonotope::checked(OP, z, part(n..n + q), b, &reduced.r()[n..])
 }
 
 /// The set `x` with each ξ_j replaced by m_j + ρ_j ζ_j, where [m_j ± ρ_j] bounds ξ_j over the constraints.
@@ -134,7 +129,7 @@ pub fn recentred(x: &ConstrainedZonotope, m: &[f64]) -> Result<ConstrainedZonoto
 /// Intervals that contain each ξ_j over { |ξ| ≤ 1, |A ξ − b| ≤ δ }, from two sweeps over the rows.
 ///
 /// Fails with `Empty` if one is empty, which proves that the set is.
-pub fn coordinate_bounds(x: &ConstrainedZonotope) -> Result<Vec<Interval>, SetError> {
+pub fn coordinate_bounds(x: &ConstrainedZonotope) -> Result<List<Interval>, SetError> {
     let lifted = Lifted::new(x);
     let (range, _) = lifted.ranges()?;
     Ok(range
@@ -187,15 +182,15 @@ pub fn eliminate_constraints(
 /// The lower and the upper ends of a range for every coordinate.
 #[derive(Debug, PartialEq)]
 struct Ranges {
-    lo: Vec<f64>,
-    hi: Vec<f64>,
+    lo: List<f64>,
+    hi: List<f64>,
 }
 
 impl Ranges {
     fn all(p: usize, lo: f64, hi: f64) -> Self {
         Self {
-            lo: vec![lo; p],
-            hi: vec![hi; p],
+            lo: List::filled(lo, p),
+            hi: List::filled(hi, p),
         }
     }
 
@@ -246,7 +241,7 @@ fn reach_of_units(row: &[f64]) -> f64 {
 }
 
 /// The columns in which `row` is not 0, in order, into `support`.
-fn support_of(row: &[f64], support: &mut Vec<usize>) {
+fn support_of(row: &[f64], support: &mut List<usize>) {
     // Where zeros are is unpredictable: the index is always written and the end moves or not.
     support.clear();
     support.resize(row.len(), 0);
@@ -261,15 +256,15 @@ fn support_of(row: &[f64], support: &mut Vec<usize>) {
 /// Which ranges E_j the rows have narrowed so far, and when: visits of rows count from 1.
 struct Narrowed {
     /// The last visit that narrowed E_j; 0 for none.
-    at: Vec<usize>,
-    columns: Vec<usize>,
+    at: List<usize>,
+    columns: List<usize>,
 }
 
 impl Narrowed {
     fn none(p: usize) -> Self {
         Self {
-            at: vec![0; p],
-            columns: Vec::new(),
+            at: List::filled(0, p),
+            columns: List::new(),
         }
     }
 
@@ -337,21 +332,21 @@ fn confine(
 struct Lifted {
     n: usize,
     cols: usize,
-    rows: Vec<Vec<f64>>,
+    rows: List<List<f64>>,
     /// c, then −b.
-    offset: Vec<f64>,
+    offset: List<f64>,
     /// r, then δ.
-    slack: Vec<f64>,
+    slack: List<f64>,
     /// 1/|pivot| of each constraint after Gauss–Jordan elimination: the scale at which rows compare.
-    scale: Vec<f64>,
+    scale: List<f64>,
     /// Of the present columns, once they were asked for.
     scores: Option<Scores>,
 }
 
 impl Lifted {
     fn new(x: &ConstrainedZonotope) -> Self {
-        let upper = (0..x.dim()).map(|i| x.g().row(i).to_vec());
-        let lower = (0..x.constraints()).map(|i| x.a().row(i).to_vec());
+        let upper = (0..x.dim()).map(|i| List::from(x.g().row(i)));
+        let lower = (0..x.constraints()).map(|i| List::from(x.a().row(i)));
         Self {
             n: x.dim(),
             cols: x.generators(),
@@ -362,8 +357,8 @@ impl Lifted {
                 .copied()
                 .chain(x.b().iter().map(|b| -b))
                 .collect(),
-            slack: [x.r(), x.delta()].concat(),
-            scale: vec![1.0; x.constraints()],
+            slack: List::concat(&[x.r(), x.delta()]),
+            scale: List::filled(1.0, x.constraints()),
             scores: None,
         }
     }
@@ -375,15 +370,15 @@ impl Lifted {
     fn into_set(self) -> Result<ConstrainedZonotope, SetError> {
         const OP: &str = "elimination of constraints";
         let n = self.n;
-        let matrix = |rows: &[Vec<f64>]| Matrix::from_fn(rows.len(), self.cols, |i, j| rows[i][j]);
-        let b = self.offset[n..].iter().map(|b| -b).collect();
+        let matrix = |rows: &[List<f64>]| Matrix::from_fn(rows.len(), self.cols, |i, j| rows[i][j]);
+        let b: List<f64> = self.offset[n..].iter().map(|b| -b).collect();
         let z = Zonotope::checked(
             OP,
-            self.offset[..n].to_vec(),
+            &self.offset[..n],
             matrix(&self.rows[..n]),
-            self.slack[..n].to_vec(),
+            &self.slack[..n],
         )?;
-        ConstrainedZonotope::checked(OP, z, matrix(&self.rows[n..]), b, self.slack[n..].to_vec())
+        ConstrainedZonotope::checked(OP, z, matrix(&self.rows[n..]), b, &self.slack[n..])
     }
 
     /// row_l −= λ row_i with λ = fl(row_lj/row_ij), column j set to 0.
@@ -446,10 +441,10 @@ impl Lifted {
             (j, pivot, (abs_sum(row) + offset.abs()) / pivot)
         };
         let measures = self.rows[n..].iter().zip(&self.offset[n..]);
-        let mut measures: Vec<(usize, f64, f64)> =
+        let mut measures: List<(usize, f64, f64)> =
             measures.map(|(row, &b)| measure(row, b)).collect();
-        let floor: Vec<f64> = measures.iter().map(|m| DEPENDENT * m.1).collect();
-        let mut done = vec![false; self.constraints()];
+        let floor: List<f64> = measures.iter().map(|m| DEPENDENT * m.1).collect();
+        let mut done = List::filled(false, self.constraints());
         for _ in 0..self.constraints() {
             let mut best: Option<(f64, usize)> = None;
             for (i, &(_, pivot, ratio)) in measures.iter().enumerate() {
@@ -512,7 +507,7 @@ impl Lifted {
         );
         // Sums of at most p terms, each a product; then four more operations.
         let error = gamma(p + 8);
-        let mut support = Vec::with_capacity(p);
+        let mut support = List::with_capacity(p);
         let mut narrowed = Narrowed::none(p);
         for visit in 1..=SWEEPS * q {
             let i = self.n + (visit - 1) % q;
@@ -557,10 +552,10 @@ impl Lifted {
     ///
     /// ρ = next_up(max(fl(hi − m), fl(m − lo))) reaches both ends from the m chosen. The offset takes G m:
     /// off by γ_{p+1}(|offset| + |row| |m|); G ρ by u |G'| 1, which are errors of the set as |ζ| ≤ 1.
-    fn rescale(&mut self) -> Result<Vec<f64>, SetError> {
+    fn rescale(&mut self) -> Result<List<f64>, SetError> {
         let (e, r) = self.ranges()?;
-        let mut changed = Vec::new();
-        let mut errors = vec![f64::INFINITY; self.cols];
+        let mut changed = List::new();
+        let mut errors = List::filled(f64::INFINITY, self.cols);
         for (j, ((lo, hi), (from, to))) in e.iter().zip(r.iter()).enumerate() {
             let mut half = 1.0;
             if lo > -1.0 + SHRINK || hi < 1.0 - SHRINK {
@@ -616,20 +611,20 @@ impl Lifted {
     }
 
     fn drop_zero_columns(&mut self) {
-        self.drop_zero_columns_with(Vec::new());
+        self.drop_zero_columns_with(List::new());
     }
 
     /// Removes the columns in which every row is 0, and their entries of `errors`.
-    fn drop_zero_columns_with(&mut self, mut errors: Vec<f64>) -> Vec<f64> {
-        let mut zero: Vec<usize> = (0..self.cols).collect();
+    fn drop_zero_columns_with(&mut self, mut errors: List<f64>) -> List<f64> {
+        let mut zero: List<usize> = (0..self.cols).collect();
         for row in &self.rows {
             zero.retain(|&j| row[j] == 0.0);
         }
         if zero.is_empty() {
             return errors;
         }
-        let mut kept = Vec::with_capacity(self.cols - zero.len());
-        let mut zero = zero.into_iter().peekable();
+        let mut kept = List::with_capacity(self.cols - zero.len());
+        let mut zero = zero.iter().copied().peekable();
         kept.extend((0..self.cols).filter(|&j| zero.next_if_eq(&j).is_none()));
         for row in &mut self.rows {
             keep(row, &kept);
@@ -648,7 +643,7 @@ impl Lifted {
     ///
     /// The [`Scores`] are made when they are first asked for, and again when they have been changed often.
     fn cheapest(&mut self, errors: &[f64]) -> Option<usize> {
-        let mut candidates = Vec::with_capacity(self.cols);
+        let mut candidates = List::with_capacity(self.cols);
         candidates.extend((0..self.cols).filter(|&j| errors[j].is_finite()));
         let (j, least) = self.first_least(&mut candidates, |j| errors[j])?;
         if least < FREE || candidates.len() == 1 {
@@ -672,7 +667,7 @@ impl Lifted {
     /// A column that is mere rounding in every row (a folded slack) would take its row along.
     fn first_least(
         &self,
-        candidates: &mut Vec<usize>,
+        candidates: &mut List<usize>,
         score: impl Fn(usize) -> f64,
     ) -> Option<(usize, f64)> {
         let counts = |j: usize| {
@@ -704,7 +699,7 @@ impl Lifted {
             .iter()
             .zip(&self.scale)
             .map(|(row, s)| row[j].abs() * s);
-        let weights: Vec<f64> = weights.collect();
+        let weights: List<f64> = weights.collect();
         let i = n + largest(&weights).0;
         if self.slack[i] < self.rows[i][j].abs() {
             for l in (0..self.rows.len()).filter(|&l| l != i) {
@@ -735,7 +730,7 @@ fn ends(a: f64, lo: f64, hi: f64) -> (f64, f64) {
 }
 
 /// Two rows, the first to be changed.
-fn pair(rows: &mut [Vec<f64>], l: usize, i: usize) -> (&mut [f64], &[f64]) {
+fn pair(rows: &mut [List<f64>], l: usize, i: usize) -> (&mut [f64], &[f64]) {
     if l < i {
         let (head, tail) = rows.split_at_mut(i);
         (&mut head[l], &tail[0])
@@ -809,8 +804,7 @@ mod tests {
                 let (b, delta) = (-lifted.offset[i], lifted.slack[i]);
                 let margin = delta + gamma(p + 8) * (size + b.abs() + delta) + ETA;
                 let margin = margin * (1.0 + 8.0 * U);
-                let support: Vec<usize> =
-                    (all.iter().copied()).filter(|&j| row[j] != 0.0).collect();
+                let support: Vec<usize> = all.iter().copied().filter(|&j| row[j] != 0.0).collect();
                 let (inner, outer) = ([b - margin, b + margin], [low, high]);
                 let mut narrowed = Narrowed::none(p);
                 assert!(!confine(

@@ -10,7 +10,7 @@
 use super::girard;
 use crate::matrix::abs_sum;
 use crate::rounding::{ETA, U, gamma, up};
-use crate::{Matrix, SetError, Zonotope, ops};
+use crate::{List, Matrix, SetError, Zonotope, ops};
 
 /// Encloses `z` in a zonotope of at most `generators` generators, [T', rest].
 ///
@@ -43,10 +43,10 @@ pub fn reduce(z: &Zonotope, generators: usize) -> Result<Zonotope, SetError> {
     };
     let absorbed = absorption_order(&rho, p - generators);
     let t = z.g().select_columns(&block);
-    let mut stretch = vec![1.0; n];
-    let mut r = z.r().to_vec();
-    let mut gone = vec![false; others.len()];
-    let mut coordinates = vec![0.0; n];
+    let mut stretch = List::filled(1.0, n);
+    let mut r = List::from(z.r());
+    let mut gone = List::filled(false, others.len());
+    let mut coordinates = List::filled(0.0, n);
     for &k in &absorbed {
         gone[k] = true;
         for i in 0..n {
@@ -68,8 +68,8 @@ pub fn reduce(z: &Zonotope, generators: usize) -> Result<Zonotope, SetError> {
         (2 * n + 4) * n * absorbed.len(),
     );
     // Each stretch is a sum of absorbed + 1 terms.
-    let stretch: Vec<f64> = stretch.iter().map(|&s| up(s, absorbed.len())).collect();
-    let kept: Vec<usize> = (0..others.len())
+    let stretch: List<f64> = stretch.iter().map(|&s| up(s, absorbed.len())).collect();
+    let kept: List<usize> = (0..others.len())
         .filter(|&k| !gone[k])
         .map(|k| others[k])
         .collect();
@@ -86,7 +86,7 @@ pub fn reduce(z: &Zonotope, generators: usize) -> Result<Zonotope, SetError> {
         // 3 operations and the sum over k a row, its summands computed in 2n + 3.
         *r = up(*r + U * abs_sum(&target[..n]), absorbed.len() + 3 * n + 8);
     }
-    Zonotope::checked(OP, z.c().to_vec(), g, r)
+    Zonotope::checked(OP, List::from(z.c()), g, r)
 }
 
 /// n columns T of `g` that are independent, the other columns, and T⁻¹ times them.
@@ -94,16 +94,16 @@ pub fn reduce(z: &Zonotope, generators: usize) -> Result<Zonotope, SetError> {
 /// Gauss–Jordan elimination on [G, I]: the pivot of a row is its entry of largest |·| among the columns of
 /// G, and the next row is the one whose 1-norm is smallest beside its pivot. The columns of T stand
 /// in the order of the pivots. `None` if a row has no pivot above rounding left.
-fn independent_block(g: &Matrix) -> Option<(Vec<usize>, Vec<usize>, Matrix)> {
+fn independent_block(g: &Matrix) -> Option<(List<usize>, List<usize>, Matrix)> {
     let (n, p) = (g.rows(), g.cols());
     let mut m = Matrix::from_fn(n, p + n, |i, j| match j < p {
         true => g[(i, j)],
         false => f64::from(u8::from(i == j - p)),
     });
-    let floor: Vec<f64> = (0..n).map(|i| 1e-12 * abs_sum(g.row(i))).collect();
-    let mut block = Vec::with_capacity(n);
-    let mut pivot_rows: Vec<usize> = Vec::with_capacity(n);
-    let mut pivot_row = vec![0.0; p + n];
+    let floor: List<f64> = (0..n).map(|i| 1e-12 * abs_sum(g.row(i))).collect();
+    let mut block = List::with_capacity(n);
+    let mut pivot_rows: List<usize> = List::with_capacity(n);
+    let mut pivot_row = List::filled(0.0, p + n);
     for _ in 0..n {
         let mut best: Option<(f64, usize, usize)> = None;
         for i in (0..n).filter(|i| !pivot_rows.contains(i)) {
@@ -135,7 +135,7 @@ fn independent_block(g: &Matrix) -> Option<(Vec<usize>, Vec<usize>, Matrix)> {
             }
         }
     }
-    let others: Vec<usize> = (0..p).filter(|j| !block.contains(j)).collect();
+    let others: List<usize> = (0..p).filter(|j| !block.contains(j)).collect();
     let rho = Matrix::from_fn(n, others.len(), |i, k| m[(pivot_rows[i], others[k])]);
     rho.is_finite().then_some((block, others, rho))
 }
@@ -161,12 +161,12 @@ pub(super) fn largest(row: &[f64]) -> (usize, f64) {
 
 /// Which `count` columns of ρ are absorbed, in order: always the one of least Π(1 + R_i) − 1 − Σ R_i,
 /// R = |ρ| divided by the stretch so far.
-fn absorption_order(rho: &Matrix, count: usize) -> Vec<usize> {
+fn absorption_order(rho: &Matrix, count: usize) -> List<usize> {
     let (n, p) = (rho.rows(), rho.cols());
-    let mut left: Vec<usize> = (0..p).collect();
+    let mut left: List<usize> = (0..p).collect();
     let mut ratio = rho.abs();
-    let (mut product, mut sum) = (vec![0.0; p], vec![0.0; p]);
-    let mut order = Vec::with_capacity(count);
+    let (mut product, mut sum) = (List::filled(0.0, p), List::filled(0.0, p));
+    let mut order = List::with_capacity(count);
     for _ in 0..count {
         let len = left.len();
         product[..len].fill(1.0);

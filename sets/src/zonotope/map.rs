@@ -7,12 +7,12 @@
 
 use super::{Zonotope, box_columns, same};
 use crate::rounding::{ETA, U, gamma, up};
-use crate::{IntervalMatrix, Matrix, SetError, ops};
+use crate::{IntervalMatrix, List, Matrix, SetError, ops};
 
 impl Zonotope {
     /// Encloses { M x : x ∈ X }, M m × n. See [`Zonotope::affine_map`].
     pub fn linear_map(&self, m: &Matrix) -> Result<Self, SetError> {
-        self.affine_map(m, &vec![0.0; m.rows()])
+        self.affine_map(m, &List::filled(0.0, m.rows()))
     }
 
     /// Encloses { M x + t : x ∈ X }, M m × n, t in ℝᵐ.
@@ -31,10 +31,10 @@ impl Zonotope {
         c.iter_mut().zip(t).for_each(|(c, t)| *c += t);
         let sums = self.abs_row_sums();
         // What |M| multiplies; η covers the underflow of γ · |c| under a large |M|.
-        let carried: Vec<f64> = (0..n)
+        let carried: List<f64> = (0..n)
             .map(|k| self.r[k] + gamma(n + 1) * self.c[k].abs() + gamma(n) * sums[k] + ETA)
             .collect();
-        let r = (0..m.rows())
+        let r: List<f64> = (0..m.rows())
             .map(|i| {
                 up(
                     abs_dot(m.row(i), &carried) + gamma(n + 1) * t[i].abs(),
@@ -47,7 +47,7 @@ impl Zonotope {
 
     /// Encloses { M x : M ∈ \[M\], x ∈ X }, \[M\] m × n. See [`Zonotope::interval_affine_map`].
     pub fn interval_map(&self, m: &IntervalMatrix) -> Result<Self, SetError> {
-        self.interval_affine_map(m, &vec![0.0; m.rows()])
+        self.interval_affine_map(m, &List::filled(0.0, m.rows()))
     }
 
     /// Zonotope inclusion: encloses { M x + t : M ∈ \[M\], x ∈ X }, \[M\] m × n, t in ℝᵐ.
@@ -65,9 +65,9 @@ impl Zonotope {
         same(OP, n, m.cols())?;
         let mut image = self.affine_map(&m.mid(), t)?;
         let radius = self.radius();
-        let extent: Vec<f64> = (0..n).map(|k| self.c[k].abs() + radius[k]).collect();
+        let extent: List<f64> = (0..n).map(|k| self.c[k].abs() + radius[k]).collect();
         let rad = m.rad();
-        let sides: Vec<f64> = (0..m.rows())
+        let sides: List<f64> = (0..m.rows())
             .map(|i| match rad.row(i).iter().all(|&x| x == 0.0) {
                 true => 0.0,
                 false => up(abs_dot(rad.row(i), &extent), n + 1),
@@ -85,8 +85,8 @@ impl Zonotope {
         const OP: &str = "Minkowski sum of zonotopes";
         same(OP, self.dim(), y.dim())?;
         ops::count(0, self.dim());
-        let c: Vec<f64> = self.c.iter().zip(&y.c).map(|(a, b)| a + b).collect();
-        let r = (0..self.dim())
+        let c: List<f64> = self.c.iter().zip(&y.c).map(|(a, b)| a + b).collect();
+        let r: List<f64> = (0..self.dim())
             // A sum with a zero term is exact.
             .map(|i| match self.c[i] == 0.0 || y.c[i] == 0.0 {
                 true if self.r[i] == 0.0 || y.r[i] == 0.0 => self.r[i] + y.r[i],
@@ -114,9 +114,9 @@ impl Zonotope {
             }
         });
         Self {
-            c: [&self.c[..], &y.c].concat(),
+            c: List::concat(&[&self.c[..], &y.c]),
             g,
-            r: [&self.r[..], &y.r].concat(),
+            r: List::concat(&[&self.r[..], &y.r]),
         }
     }
 
@@ -139,7 +139,7 @@ impl Zonotope {
         }
         same(OP, q, y.len())?;
         let m = Matrix::identity(n).sub(&k.mul(c));
-        let innovation: Vec<f64> = c
+        let innovation: List<f64> = c
             .mul_vec(&self.c)
             .iter()
             .zip(y)
@@ -147,19 +147,19 @@ impl Zonotope {
             .map(|((predicted, y), c_v)| (y - predicted) - c_v)
             .collect();
         let correction = k.mul_vec(&innovation);
-        let center: Vec<f64> = self.c.iter().zip(&correction).map(|(c, e)| c + e).collect();
+        let center: List<f64> = self.c.iter().zip(&correction).map(|(c, e)| c + e).collect();
         let g = Matrix::hcat(&[&m.mul(&self.g), &k.mul(&v.g).map(|x| -x)]);
 
         let sums = self.abs_row_sums();
         let sums_v = v.abs_row_sums();
-        let abs_c: Vec<f64> = self.c.iter().map(|x| x.abs()).collect();
-        let extent: Vec<f64> = (0..n).map(|i| sums[i] + self.r[i] + ETA).collect();
+        let abs_c: List<f64> = self.c.iter().map(|x| x.abs()).collect();
+        let extent: List<f64> = (0..n).map(|i| sums[i] + self.r[i] + ETA).collect();
         // A product in K C that underflows is off by less than η/q, whatever K and C are, and x multiplies it.
         let underflow = ETA * extent.iter().sum::<f64>();
-        let under_m: Vec<f64> = (0..n)
+        let under_m: List<f64> = (0..n)
             .map(|i| self.r[i] + gamma(n) * sums[i] + ETA)
             .collect();
-        let under_k: Vec<f64> = (0..q)
+        let under_k: List<f64> = (0..q)
             .map(|i| {
                 let row = c.row(i);
                 gamma(q + 1) * (abs_dot(row, &extent) + innovation[i].abs())
@@ -169,7 +169,7 @@ impl Zonotope {
                     + ETA
             })
             .collect();
-        let r = (0..n)
+        let r: List<f64> = (0..n)
             .map(|i| {
                 let own = gamma(q + 1) * (extent[i] + abs_c[i]);
                 let bound = abs_dot(m.row(i), &under_m) + own + abs_dot(k.row(i), &under_k);
@@ -180,7 +180,7 @@ impl Zonotope {
     }
 
     /// As `checked`, for operations whose result may have no dimension left.
-    fn nonempty(op: &'static str, c: Vec<f64>, g: Matrix, r: Vec<f64>) -> Result<Self, SetError> {
+    fn nonempty(op: &'static str, c: List<f64>, g: Matrix, r: List<f64>) -> Result<Self, SetError> {
         if c.is_empty() {
             return Err(SetError::Dimension {
                 op,

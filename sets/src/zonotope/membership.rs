@@ -12,7 +12,7 @@
 use super::Zonotope;
 use crate::matrix::{abs_sum, dot};
 use crate::rounding::{gamma, up};
-use crate::{Containment, Interval, Matrix};
+use crate::{Containment, Interval, List, Matrix};
 
 /// How often the two projections are taken.
 const ROUNDS: usize = 100;
@@ -126,7 +126,7 @@ impl Zonotope {
         };
         let d = d.col(0);
         let centered = Self {
-            c: vec![0.0; self.dim()],
+            c: List::filled(0.0, self.dim()),
             ..self.clone()
         };
         let reach = offset

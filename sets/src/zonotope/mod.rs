@@ -15,7 +15,7 @@ mod volume;
 
 use crate::matrix::abs_sum;
 use crate::rounding::{ETA, gamma, up};
-use crate::{Containment, Interval, IntervalVector, Matrix, SetError, ops};
+use crate::{Containment, Interval, IntervalVector, List, Matrix, SetError, ops};
 
 /// The zonotope ⟨c, G, r⟩ = { c + G ξ + s : |ξ| ≤ 1, |s| ≤ r }.
 ///
@@ -30,9 +30,9 @@ use crate::{Containment, Interval, IntervalVector, Matrix, SetError, ops};
 /// - x ∈ X and y ∈ Y give M x ∈ M X, x + y ∈ X ⊕ Y, dᵀx ≤ ρ(X, d), and `contains` never says `Outside`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Zonotope {
-    c: Vec<f64>,
+    c: List<f64>,
     g: Matrix,
-    r: Vec<f64>,
+    r: List<f64>,
 }
 
 impl Zonotope {
@@ -40,16 +40,22 @@ impl Zonotope {
     ///
     /// `g` has as many rows as `c` has entries; it may have no columns. Fails with `Dimension` if shapes
     /// differ or n = 0, with `NotFinite` at a NaN or infinite entry.
-    pub fn new(c: Vec<f64>, g: Matrix) -> Result<Self, SetError> {
-        let r = vec![0.0; c.len()];
+    pub fn new(c: impl Into<List<f64>>, g: Matrix) -> Result<Self, SetError> {
+        let c = c.into();
+        let r = List::filled(0.0, c.len());
         Self::with_rounding(c, g, r)
     }
 
     /// ⟨c, G, r⟩.
     ///
     /// As [`Zonotope::new`]; fails with `Range` if an entry of `r` is negative.
-    pub fn with_rounding(c: Vec<f64>, g: Matrix, r: Vec<f64>) -> Result<Self, SetError> {
+    pub fn with_rounding(
+        c: impl Into<List<f64>>,
+        g: Matrix,
+        r: impl Into<List<f64>>,
+    ) -> Result<Self, SetError> {
         const OP: &str = "zonotope";
+        let (c, r) = (c.into(), r.into());
         if c.is_empty() {
             return Err(SetError::Dimension {
                 op: OP,
@@ -74,10 +80,11 @@ impl Zonotope {
     /// ⟨c, G, r⟩ of shapes known to fit, as the result of `op`; an overflow becomes `NotFinite`.
     pub(crate) fn checked(
         op: &'static str,
-        c: Vec<f64>,
+        c: impl Into<List<f64>>,
         g: Matrix,
-        r: Vec<f64>,
+        r: impl Into<List<f64>>,
     ) -> Result<Self, SetError> {
+        let (c, r) = (c.into(), r.into());
         let entries = c.iter().chain(&r).chain(g.as_slice());
         match entries.into_iter().find(|x| !x.is_finite()) {
             Some(&value) => Err(SetError::NotFinite { op, value }),
@@ -87,7 +94,7 @@ impl Zonotope {
 
     /// The set of the one point `x`. Fails as [`Zonotope::new`].
     pub fn point(x: &[f64]) -> Result<Self, SetError> {
-        Self::new(x.to_vec(), Matrix::zeros(x.len(), 0))
+        Self::new(x, Matrix::zeros(x.len(), 0))
     }
 
     /// A zonotope that contains the box: c its middle, G = diag of its half-widths, rounded up.
@@ -95,7 +102,7 @@ impl Zonotope {
     /// Sides of no width have a zero column. Fails with `Dimension` if n = 0, with `NotFinite` if the
     /// box is unbounded.
     pub fn from_box(sides: &IntervalVector) -> Result<Self, SetError> {
-        let radii: Vec<f64> = sides.iter().map(|side| side.rad()).collect();
+        let radii: List<f64> = sides.iter().map(|side| side.rad()).collect();
         Self::new(sides.mid(), Matrix::diagonal(&radii))
     }
 
@@ -139,18 +146,18 @@ impl Zonotope {
         }
         Self {
             g: Matrix::hcat(&[&self.g, &columns]),
-            r: vec![0.0; self.c.len()],
+            r: List::filled(0.0, self.c.len()),
             c: self.c,
         }
     }
 
     /// ⌈|G| 1⌉: upper bounds on the row sums of |G|.
-    pub fn abs_row_sums(&self) -> Vec<f64> {
+    pub fn abs_row_sums(&self) -> List<f64> {
         abs_row_sums_up(&self.g)
     }
 
     /// ⌈|G| 1 + r⌉: upper bounds on the half-widths of the interval hull.
-    pub fn radius(&self) -> Vec<f64> {
+    pub fn radius(&self) -> List<f64> {
         let depth = self.generators() / 8 + 5;
         ops::count(0, self.dim() * self.generators());
         (0..self.dim())
@@ -228,7 +235,7 @@ impl Zonotope {
     pub fn contains(&self, x: &[Interval]) -> Result<Containment, SetError> {
         same("containment", self.dim(), x.len())?;
         let outer = self.radius();
-        let offset: Vec<Interval> = x.iter().zip(&self.c).map(|(&x, &c)| x - c).collect();
+        let offset: List<Interval> = x.iter().zip(&self.c).map(|(&x, &c)| x - c).collect();
         if offset.iter().zip(&outer).any(|(o, &r)| o.mig() > r) {
             return Ok(Containment::Outside);
         }
@@ -265,14 +272,16 @@ fn same(op: &'static str, expected: usize, got: usize) -> Result<(), SetError> {
 }
 
 /// ⌈|G| 1⌉.
-fn abs_row_sums_up(g: &Matrix) -> Vec<f64> {
+fn abs_row_sums_up(g: &Matrix) -> List<f64> {
     let depth = g.cols() / 8 + 4;
-    g.abs_row_sums().into_iter().map(|s| up(s, depth)).collect()
+    let mut sums = g.abs_row_sums();
+    sums.iter_mut().for_each(|s| *s = up(*s, depth));
+    sums
 }
 
 /// The columns of diag(r) that are not zero.
 fn box_columns(r: &[f64]) -> Matrix {
-    let rows: Vec<usize> = (0..r.len()).filter(|&i| r[i] != 0.0).collect();
+    let rows: List<usize> = (0..r.len()).filter(|&i| r[i] != 0.0).collect();
     let mut columns = Matrix::zeros(r.len(), rows.len());
     for (j, &i) in rows.iter().enumerate() {
         columns[(i, j)] = r[i];

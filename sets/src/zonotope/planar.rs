@@ -6,7 +6,7 @@
 
 use super::{Zonotope, same};
 use crate::rounding::gamma;
-use crate::{Containment, Interval, Matrix, SetError};
+use crate::{Containment, Interval, List, Matrix, SetError};
 
 impl Zonotope {
     /// The vertices of a zonotope of the plane, counter-clockwise from the lowest (of two lowest, the
@@ -89,7 +89,7 @@ impl Zonotope {
         let outside = best.is_some_and(|(_, d)| {
             let reach = (offset[0] * d[0] + offset[1] * d[1]).abs();
             let centered = Self {
-                c: vec![0.0; 2],
+                c: List::filled(0.0, 2),
                 ..self.clone()
             };
             centered.support(&d).is_ok_and(|bound| reach.lo() > bound)

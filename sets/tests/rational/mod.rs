@@ -233,7 +233,7 @@ pub fn rows(s: &mut Source, kind: usize, m: usize, n: usize) -> Rows {
             }
         })
         .collect();
-    let mut b = a.mul_vec(&xi);
+    let mut b = a.mul_vec(&xi).into_vec();
     if kind == 5 || kind == 6 {
         // One row touches the box's corner, but for a little.
         let little = [1e-6, 1e-9, 1e-12][s.below(3)] * if kind == 5 { -1.0 } else { 1.0 };
@@ -312,7 +312,7 @@ pub fn known(s: &mut Source, n: usize, rows: usize, cols: usize) -> Known {
         .iter()
         .map(|b| b.to_f64().unwrap())
         .collect();
-    let delta = product(&a, &xi)
+    let delta: Vec<f64> = product(&a, &xi)
         .iter()
         .zip(&b)
         .map(|(e, &b)| up(&(e - q(b)).abs()))

@@ -78,7 +78,7 @@ impl PolytopeBelief {
 impl Belief for PolytopeBelief {
     /// The center of the interval hull.
     fn center(&self) -> Vec<f64> {
-        self.hull.mid()
+        self.hull.mid().into_vec()
     }
     fn interval_hull(&self) -> Option<IntervalVector> {
         Some(self.hull.clone())
@@ -100,7 +100,7 @@ impl Belief for PolytopeBelief {
         Size {
             n_generators: Some(self.set.generators()),
             n_constraints: Some(self.set.constraints()),
-            radius: Some(self.hull.rad().into_iter().fold(0.0, f64::max)),
+            radius: Some(self.hull.rad().iter().copied().fold(0.0, f64::max)),
             lp_count: self.work.programs as usize,
             pivots: self.work.pivots as usize,
             ..Size::default()

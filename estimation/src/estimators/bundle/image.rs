@@ -8,7 +8,7 @@ use crate::propagation::decomposition::{
 use zonobench_sets::lp::LinearProgram;
 use zonobench_sets::reduction::scott;
 use zonobench_sets::{
-    ConstrainedZonotope, Frame, Interval, IntervalVector, Matrix, Polytope, SetError, Slab,
+    ConstrainedZonotope, Frame, Interval, IntervalVector, List, Matrix, Polytope, SetError, Slab,
     Zonotope,
 };
 
@@ -92,7 +92,7 @@ pub(super) fn intersection(
 fn without_flat_columns(z: &Zonotope) -> Result<Zonotope, SetError> {
     let n = z.dim();
     let mut sides = vec![Interval::ZERO; n];
-    let mut kept: Vec<Vec<f64>> = Vec::new();
+    let mut kept: Vec<List<f64>> = Vec::new();
     for j in 0..z.generators() {
         let column = z.g().col(j);
         let mut nonzero = (0..n).filter(|&i| column[i] != 0.0);

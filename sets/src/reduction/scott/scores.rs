@@ -14,7 +14,7 @@
 
 use super::super::yang_scott::largest;
 use crate::matrix::dot;
-use crate::{Matrix, ops};
+use crate::{List, Matrix, ops};
 
 /// Rank-one steps after which P is made anew, at least; half as many as P has terms where those are more.
 const STEPS: usize = 32;
@@ -29,13 +29,13 @@ const SMALLEST: f64 = 1e-7;
 #[derive(Clone, Debug)]
 pub(super) struct Scores {
     /// The t_k and σ_k: n + q of the first P, then one a step.
-    terms: Vec<(f64, Vec<f64>)>,
+    terms: List<(f64, List<f64>)>,
     /// G P, n rows.
-    images: Vec<Vec<f64>>,
+    images: List<List<f64>>,
     /// P_jj.
-    diagonal: Vec<f64>,
+    diagonal: List<f64>,
     /// By how much each coordinate was rescaled since P was made: ξ_j = … + s_j ζ_j.
-    scale: Vec<f64>,
+    scale: List<f64>,
     /// Steps that may be made.
     limit: usize,
     /// Steps made.
@@ -49,11 +49,11 @@ impl Scores {
     ///
     /// K⁻¹ = I − VᵀV for V = L⁻¹G, LLᵀ = I + GGᵀ, and P = I − VᵀV − WᵀW for W = N⁻¹A K⁻¹, NNᵀ = A K⁻¹Aᵀ: only an n × n
     /// and a q × q matrix are factored, and G P = (LLᵀ)⁻¹G − (G Wᵀ) W.
-    pub(super) fn of(g: &[Vec<f64>], a: &[Vec<f64>]) -> Option<Self> {
+    pub(super) fn of(g: &[List<f64>], a: &[List<f64>]) -> Option<Self> {
         let (n, q) = (g.len(), a.len());
-        let p = g.first().map_or(0, Vec::len);
+        let p = g.first().map_or(0, |row| row.len());
         // The rows at a common scale: P does not depend on it.
-        let a: Vec<Vec<f64>> = a
+        let a: List<List<f64>> = a
             .iter()
             .map(|row| {
                 let largest = largest(row).1;
@@ -65,11 +65,11 @@ impl Scores {
             gram[(i, i)] += 1.0;
         }
         let l = cholesky(gram)?;
-        let mut v = g.to_vec();
+        let mut v = List::from(g);
         solve_lower(&l, &mut v);
-        let mut w: Vec<Vec<f64>> = a.clone();
+        let mut w: List<List<f64>> = a.clone();
         for row in &mut w {
-            let along: Vec<f64> = v.iter().map(|v| dot(row, v)).collect();
+            let along: List<f64> = v.iter().map(|v| dot(row, v)).collect();
             for (&s, v) in along.iter().zip(&v) {
                 row.iter_mut().zip(v).for_each(|(w, v)| *w -= s * v);
             }
@@ -77,7 +77,7 @@ impl Scores {
         // Of the symmetric A K⁻¹ Aᵀ the factor reads the lower half.
         let middle = Matrix::from_fn(q, q, |i, j| if j <= i { dot(&w[i], &a[j]) } else { 0.0 });
         solve_lower(&cholesky(middle)?, &mut w);
-        let mut diagonal = vec![1.0; p];
+        let mut diagonal = List::filled(1.0, p);
         for row in v.iter().chain(&w) {
             diagonal.iter_mut().zip(row).for_each(|(d, x)| *d -= x * x);
         }
@@ -97,10 +97,12 @@ impl Scores {
             p * (dots + rows + n + q) - dots - rows / 2,
         );
         Some(Self {
-            terms: v.into_iter().chain(w).map(|row| (1.0, row)).collect(),
+            terms: (v.iter_mut().chain(&mut w))
+                .map(|row| (1.0, std::mem::take(row)))
+                .collect(),
             images,
             diagonal,
-            scale: vec![1.0; p],
+            scale: List::filled(1.0, p),
             limit: if q > FEW { STEPS.max((n + q) / 2) } else { 0 },
             steps: 0,
             exact: true,
@@ -119,9 +121,9 @@ impl Scores {
     }
 
     /// ‖G P e_j‖₂ / P_jj in units of the rescaled coordinates, for every j.
-    pub(super) fn moves(&self) -> Vec<f64> {
+    pub(super) fn moves(&self) -> List<f64> {
         let p = self.diagonal.len();
-        let mut squares = vec![0.0; p];
+        let mut squares = List::filled(0.0, p);
         for row in &self.images {
             squares.iter_mut().zip(row).for_each(|(s, x)| *s += x * x);
         }
@@ -179,7 +181,7 @@ impl Scores {
 
     /// w_j += `by`, which may be infinite.
     fn step(&mut self, j: usize, by: f64) {
-        let mut column = vec![0.0; self.diagonal.len()];
+        let mut column = List::filled(0.0, self.diagonal.len());
         column[j] = 1.0;
         let mut blocks = self.terms.chunks_exact(4);
         for block in blocks.by_ref() {
@@ -222,7 +224,7 @@ impl Scores {
 }
 
 /// The entries of `row` at `kept`, which ascend.
-pub(super) fn keep(row: &mut Vec<f64>, kept: &[usize]) {
+pub(super) fn keep(row: &mut List<f64>, kept: &[usize]) {
     for (to, &from) in kept.iter().enumerate() {
         row[to] = row[from];
     }
@@ -250,13 +252,13 @@ fn cholesky(mut m: Matrix) -> Option<Matrix> {
 }
 
 /// The operations of a triangular system with the right sides `b`.
-fn count_triangular(b: &[Vec<f64>]) {
-    let (n, p) = (b.len(), b.first().map_or(0, Vec::len));
+fn count_triangular(b: &[List<f64>]) {
+    let (n, p) = (b.len(), b.first().map_or(0, |row| row.len()));
     ops::count(p * n * (n + 1) / 2 + n, p * n * n.saturating_sub(1) / 2);
 }
 
 /// B ← L⁻¹ B, by rows.
-fn solve_lower(l: &Matrix, b: &mut [Vec<f64>]) {
+fn solve_lower(l: &Matrix, b: &mut [List<f64>]) {
     count_triangular(b);
     for i in 0..b.len() {
         let (done, rest) = b.split_at_mut(i);
@@ -271,7 +273,7 @@ fn solve_lower(l: &Matrix, b: &mut [Vec<f64>]) {
 }
 
 /// B ← L⁻ᵀ B, by rows.
-fn solve_lower_transposed(l: &Matrix, b: &mut [Vec<f64>]) {
+fn solve_lower_transposed(l: &Matrix, b: &mut [List<f64>]) {
     count_triangular(b);
     for i in (0..b.len()).rev() {
         let (head, rest) = b.split_at_mut(i + 1);
@@ -290,8 +292,8 @@ mod tests {
     use super::*;
     use crate::ConstrainedZonotope;
 
-    fn rows(m: &Matrix) -> Vec<Vec<f64>> {
-        (0..m.rows()).map(|i| m.row(i).to_vec()).collect()
+    fn rows(m: &Matrix) -> List<List<f64>> {
+        (0..m.rows()).map(|i| List::from(m.row(i))).collect()
     }
 
     /// K = I + GᵀG, the saddle-point system [K Aᵀ e; A 0 0; eᵀ 0 0] solved outright.
