@@ -91,27 +91,28 @@ fn incomplete_beta(a: f64, b: f64, x: f64) -> f64 {
     front * f
 }
 
-/// The offsets [lo, hi] such that a mean of `m` runs lies in (our mean + offsets) with probability 99 %,
-/// for a Gaussian spread: ± t · √(sd²/m + sd²/n), t the two-sided 99 % quantile at n − 1 degrees of freedom.
-pub fn prediction_offsets(values: &[f64], m: usize) -> (f64, f64) {
+/// The offsets [lo, hi] such that a mean of `m` runs lies in (our mean over `n` + offsets) with probability 99 %, for a
+/// Gaussian spread: ± t · √(sd²/m + sd²/n), sd that of `values` and t the two-sided 99 % quantile at their number
+/// less one degrees of freedom.
+pub fn prediction_offsets(values: &[f64], m: usize, n: usize) -> (f64, f64) {
     let Some((_, sd)) = mean_sd(values) else {
         return (0.0, 0.0);
     };
-    let (n, m) = (values.len(), m.max(1));
-    if n < 2 {
+    let (n, m) = (n.max(1), m.max(1));
+    if values.len() < 2 {
         return (0.0, 0.0);
     }
     if skewness(values).abs() > 1.0 {
-        return bootstrap_offsets(values, m);
+        return bootstrap_offsets(values, m, n);
     }
-    let half = student_t(0.995, n - 1) * (sd * sd / m as f64 + sd * sd / n as f64).sqrt();
+    let half = student_t(0.995, values.len() - 1) * (sd * sd / m as f64 + sd * sd / n as f64).sqrt();
     (-half, half)
 }
 
 /// The same by resampling: the 0.5 % and 99.5 % quantiles of (mean of m) − (mean of n).
-fn bootstrap_offsets(values: &[f64], m: usize) -> (f64, f64) {
+fn bootstrap_offsets(values: &[f64], m: usize, n: usize) -> (f64, f64) {
     let pairs: Vec<(f64, f64)> = values.iter().map(|&x| (x, 0.0)).collect();
-    paired_offsets(&pairs, m, |x, _| x)
+    paired_offsets(&pairs, m, n, |x, _| x)
 }
 
 /// The offsets of a statistic of two means over the same runs, such as their ratio: the 0.5 % and 99.5 %
@@ -120,6 +121,7 @@ fn bootstrap_offsets(values: &[f64], m: usize) -> (f64, f64) {
 pub fn paired_offsets(
     pairs: &[(f64, f64)],
     m: usize,
+    n: usize,
     statistic: impl Fn(f64, f64) -> f64,
 ) -> (f64, f64) {
     const RESAMPLES: usize = 2000;
@@ -137,7 +139,7 @@ pub fn paired_offsets(
         statistic(x / count as f64, y / count as f64)
     };
     let mut differences: Vec<f64> = (0..RESAMPLES)
-        .map(|_| resample(m.max(1)) - resample(pairs.len()))
+        .map(|_| resample(m.max(1)) - resample(n.max(1)))
         .collect();
     differences.sort_by(f64::total_cmp);
     (
@@ -188,8 +190,8 @@ mod tests {
     #[test]
     fn the_bootstrap_is_near_the_formula_for_a_symmetric_spread() {
         let values: Vec<f64> = (0..400).map(|i| f64::from(i) / 399.0 - 0.5).collect();
-        let (lo, hi) = bootstrap_offsets(&values, 50);
-        let (a, b) = prediction_offsets(&values, 50);
+        let (lo, hi) = bootstrap_offsets(&values, 50, 400);
+        let (a, b) = prediction_offsets(&values, 50, 400);
         assert!(
             (lo / a - 1.0).abs() < 0.15 && (hi / b - 1.0).abs() < 0.15,
             "{lo} {hi} {a} {b}"
@@ -200,7 +202,19 @@ mod tests {
     fn one_skewed_sample_uses_the_bootstrap() {
         let mut values = vec![0.0; 99];
         values.push(100.0);
-        let (lo, hi) = prediction_offsets(&values, 10);
+        let (lo, hi) = prediction_offsets(&values, 10, 100);
         assert!(lo > -5.0 && hi > 5.0, "{lo} {hi}");
+    }
+
+    #[test]
+    fn a_spread_lent_to_one_run_is_that_of_a_single_draw() {
+        let values = [1.0, 2.0, 3.0];
+        // t at 2 degrees of freedom is 9.925, sd 1: both means over one run.
+        let (lo, hi) = prediction_offsets(&values, 1, 1);
+        assert!((hi - 9.925 * 2f64.sqrt()).abs() < 1e-3 && lo == -hi, "{hi}");
+        let pairs: Vec<(f64, f64)> = values.iter().map(|&x| (x, 1.0)).collect();
+        // Of single draws the largest difference there is.
+        assert_eq!(paired_offsets(&pairs, 1, 1, |x, y| x / y), (-2.0, 2.0));
+        assert_eq!(prediction_offsets(&[1.0], 1, 1), (0.0, 0.0));
     }
 }

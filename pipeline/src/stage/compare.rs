@@ -148,6 +148,8 @@ struct Number {
     offsets: (f64, f64),
     n: usize,
     sd: Option<f64>,
+    /// Whose spread the offsets are of, if not of these runs.
+    spread: Option<String>,
 }
 
 struct Results<'a> {
@@ -181,13 +183,15 @@ impl Results<'_> {
         Some((0..runs).map(mean).collect())
     }
 
-    fn number(&self, p: &Published, cell: &Cell) -> Option<Number> {
+    /// What is mapped to the cell, its offsets for our mean over `ours` runs, all there are unless given.
+    fn number(&self, p: &Published, cell: &Cell, ours: Option<usize>) -> Option<Number> {
         let runs = p.runs.unwrap_or(1);
         let exactly = |value| Number {
             value,
             offsets: (0.0, 0.0),
             n: 1,
             sd: None,
+            spread: None,
         };
         if cell.metric == "parameter" {
             let text = self.paper.text(&cell.experiment)?;
@@ -206,9 +210,10 @@ impl Results<'_> {
             let sd = (values.len() > 1).then_some(sd);
             return Some(Number {
                 value,
-                offsets: prediction_offsets(&values, runs),
+                offsets: prediction_offsets(&values, runs, ours.unwrap_or(values.len())),
                 n: values.len(),
                 sd,
+                spread: None,
             });
         };
         let (over, over_metric) = cell.over.split_once(':').unwrap_or((&cell.over, metric));
@@ -233,24 +238,39 @@ impl Results<'_> {
                     .map(|(x, y)| f64::from(u8::from(x < y)))
                     .collect();
                 let (value, sd) = mean_sd(&wins)?;
-                let offsets = prediction_offsets(&wins, runs);
+                let offsets = prediction_offsets(&wins, runs, ours.unwrap_or(wins.len()));
                 return Some(Number {
                     value,
                     offsets,
                     n: wins.len(),
                     sd: Some(sd),
+                    spread: None,
                 });
             }
             _ => return None,
         };
         let value = statistic(mean(&a), mean(&b));
-        let offsets = paired_offsets(&pairs, runs, &statistic);
+        let offsets = paired_offsets(&pairs, runs, ours.unwrap_or(pairs.len()), &statistic);
         Some(Number {
             value,
             offsets,
             n: pairs.len(),
             sd: None,
+            spread: None,
         })
+    }
+
+    /// The spread for a number of one run, which has none: that of the first other reading of the cell with several
+    /// runs, as offsets of what one run gives.
+    fn lent(&self, p: &Published, cell: &Cell) -> Option<((f64, f64), String)> {
+        let others = self.paper.cells.iter().filter(|c| p.is(c));
+        others
+            .filter(|c| c.reading != cell.reading)
+            .find_map(|c| {
+                let number = self.number(p, c, Some(1)).filter(|number| number.n > 1)?;
+                let spread = format!("the spread of {} runs of the reading {}", number.n, c.reading);
+                Some((number.offsets, spread))
+            })
     }
 
     /// Whether the metric is itself a ratio to this estimator in all of the experiments: then the estimator's
@@ -302,13 +322,19 @@ impl Results<'_> {
         if cell.metric == "timing" {
             return row(p, &cell.reading, "lost_in_source", cell.finding.clone());
         }
-        let Some(number) = self.number(p, cell) else {
+        let Some(mut number) = self.number(p, cell, None) else {
             let reason = format!(
                 "no result: experiment {}, estimator {}, metric {} {}",
                 cell.experiment, cell.estimator, cell.metric, cell.component
             );
             return row(p, &cell.reading, "error", reason);
         };
+        if number.n == 1
+            && p.kind == "monte_carlo"
+            && let Some((offsets, spread)) = self.lent(p, cell)
+        {
+            (number.offsets, number.spread) = (offsets, Some(spread));
+        }
         let ours = number.value;
         let published = p.value();
         let half = half_unit(&p.printed);
@@ -385,6 +411,11 @@ impl Results<'_> {
         rel_diff: Option<f64>,
     ) -> String {
         let show = |x: Option<f64>| x.map_or_else(|| "(no value)".to_owned(), four_digits);
+        // An end that reads as the printed number would not say on which side of it that is.
+        let end = |x: Option<f64>| match x {
+            Some(x) if four_digits(x) == p.printed => format!("{x:.6}"),
+            x => show(x),
+        };
         let mut out = String::new();
         let mut rest = finding;
         while let Some((before, after)) = rest.split_once('{') {
@@ -398,11 +429,12 @@ impl Results<'_> {
             match place {
                 "reproduced" => out += &four_digits(number.value),
                 "published" => out += &p.printed,
-                "lo" => out += &show(interval.map(|i| i.0)),
-                "hi" => out += &show(interval.map(|i| i.1)),
+                "lo" => out += &end(interval.map(|i| i.0)),
+                "hi" => out += &end(interval.map(|i| i.1)),
                 "rel_diff" => out += &show(rel_diff.map(|d| 100.0 * d)),
                 "n" => out += &number.n.to_string(),
                 "sd" => out += &show(number.sd),
+                "spread" => out += number.spread.as_deref().unwrap_or("(no spread)"),
                 _ => match place.strip_prefix("score:") {
                     Some(subject) => out += &show(self.score(subject, &cell.experiment)),
                     // Not a place: the braces of a set in the text.
@@ -434,8 +466,11 @@ fn automatic(
         ("within_rounding", _) => format!("{ours} rounds to it"),
         ("within_tolerance", _) => format!("{ours}, within {} of it: {}", p.tolerance, p.reason),
         ("within_ci", Some((lo, hi))) => format!(
-            "{ours} over {} runs: a mean of {} runs lies in [{}, {}] with 99 %",
-            number.n,
+            "{ours} over {}: a mean of {} runs lies in [{}, {}] with 99 %",
+            match &number.spread {
+                Some(spread) => format!("one run, with {spread}"),
+                None => format!("{} runs", number.n),
+            },
             p.runs.unwrap_or(1),
             four_digits(lo),
             four_digits(hi)
@@ -680,5 +715,51 @@ mod tests {
         // Runs that do not pair, and an experiment that is not there.
         assert_eq!(of("a+c"), None);
         assert_eq!(of("a+z"), None);
+    }
+
+    #[test]
+    fn a_number_of_one_run_is_lent_the_spread_of_another_reading() {
+        let cells = "table,row,column,reading,experiment,estimator,metric,component,over,finding\n\
+                     T,r,c,as-written,once,e,m,,,{reproduced} by {spread}: {lo} to {hi}\n\
+                     T,r,c,lean,often,e,m,,,\n";
+        let published = "table,row,column,printed,unit,kind,runs,tolerance,reason\nT,r,c,PRINTED,1,monte_carlo,1,,\n";
+        let verdict = |printed: &str| {
+            let published = published.replace("PRINTED", printed);
+            let paper = Paper {
+                name: "p".to_owned(),
+                experiments: Vec::new(),
+                texts: Vec::new(),
+                published: csv_rows(&published),
+                cells: csv_rows(cells),
+            };
+            let held = |values: &[f64]| {
+                let subject: Subject = ("e".into(), "m".into(), None, None);
+                vec![(subject, values.to_vec())]
+            };
+            let scores = [("once", held(&[5.0])), ("often", held(&[1.0, 2.0, 3.0]))];
+            let results = Results {
+                paper: &paper,
+                scores: scores.map(|(id, values)| (id.to_owned(), values)).into(),
+                ledgers: Ledgers {
+                    claims: Vec::new(),
+                    complexity: Vec::new(),
+                },
+            };
+            let row = results.compare(&paper.published[0], &paper.cells[0]);
+            (row.verdict.to_string(), row.reason.to_string())
+        };
+        // 5 ± t √2, t = 9.925 at 2 degrees of freedom.
+        let spread = "the spread of 3 runs of the reading lean";
+        let (inside, reason) = verdict("19.0");
+        assert_eq!(inside, "within_ci");
+        assert!(reason.contains(spread), "{reason}");
+        let (outside, reason) = verdict("19.2");
+        assert_eq!(outside, "differs");
+        assert_eq!(reason, format!("5 by {spread}: -9.086 to 19.09"));
+    }
+
+    fn csv_rows<T: serde::de::DeserializeOwned>(text: &str) -> Vec<T> {
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        reader.deserialize().collect::<Result<_, _>>().unwrap()
     }
 }
