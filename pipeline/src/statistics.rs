@@ -105,7 +105,8 @@ pub fn prediction_offsets(values: &[f64], m: usize, n: usize) -> (f64, f64) {
     if skewness(values).abs() > 1.0 {
         return bootstrap_offsets(values, m, n);
     }
-    let half = student_t(0.995, values.len() - 1) * (sd * sd / m as f64 + sd * sd / n as f64).sqrt();
+    let half =
+        student_t(0.995, values.len() - 1) * (sd * sd / m as f64 + sd * sd / n as f64).sqrt();
     (-half, half)
 }
 

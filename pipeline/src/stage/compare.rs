@@ -264,13 +264,14 @@ impl Results<'_> {
     /// runs, as offsets of what one run gives.
     fn lent(&self, p: &Published, cell: &Cell) -> Option<((f64, f64), String)> {
         let others = self.paper.cells.iter().filter(|c| p.is(c));
-        others
-            .filter(|c| c.reading != cell.reading)
-            .find_map(|c| {
-                let number = self.number(p, c, Some(1)).filter(|number| number.n > 1)?;
-                let spread = format!("the spread of {} runs of the reading {}", number.n, c.reading);
-                Some((number.offsets, spread))
-            })
+        others.filter(|c| c.reading != cell.reading).find_map(|c| {
+            let number = self.number(p, c, Some(1)).filter(|number| number.n > 1)?;
+            let spread = format!(
+                "the spread of {} runs of the reading {}",
+                number.n, c.reading
+            );
+            Some((number.offsets, spread))
+        })
     }
 
     /// Whether the metric is itself a ratio to this estimator in all of the experiments: then the estimator's
