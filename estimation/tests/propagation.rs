@@ -459,3 +459,21 @@ fn terms_off_the_center_bring_their_width() {
         assert!(bound >= 35.0, "{expansion:?}: {bound}");
     }
 }
+
+/// A set that is nearly all rounding box: z³ reaches 1 although the one generator reaches 10⁻³.
+#[test]
+fn a_rounding_box_brings_its_second_order_terms() {
+    let z = Zonotope::with_rounding([0.0], Matrix::diagonal(&[1e-3]), [1.0]).unwrap();
+    let over: IntervalVector = [Interval::new(-1.001, 1.001).unwrap()]
+        .into_iter()
+        .collect();
+    for expansion in [Expansion::Full, Expansion::Lean] {
+        let z = z.clone().into();
+        let set = first_order_about(&Cube, &z, &over, &[0.0], Remainder::Symmetric, expansion);
+        let ends = set.unwrap().supports(&[[0.0, 1.0], [0.0, -1.0]]).unwrap();
+        assert!(
+            ends[0] >= 1.003 && ends[1] >= 1.003,
+            "{expansion:?}: {ends:?}"
+        );
+    }
+}

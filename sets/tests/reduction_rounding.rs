@@ -267,3 +267,36 @@ fn method_4_contains_flat_zonotopes() {
         }
     }
 }
+
+/// A strip of no width through a set far from the origin: the rounding of dᵀc goes along λ into a component whose own
+/// numbers are small.
+#[test]
+fn a_strip_charges_the_rounding_of_its_offset() {
+    let mut s = Source(38);
+    for _ in 0..200 {
+        let c = [1e8 * (1.0 + s.sym()), 0.0];
+        let z = Zonotope::new(c, Matrix::column(&[0.0, 1.0])).unwrap();
+        let d = [0.1 * s.sym(), 1.0];
+        let y = d[0] * c[0] + 0.5 * s.sym();
+        let cut = strip::intersect(&z, &d, y, 0.0).unwrap();
+        // x = (c_1, ξ) with dᵀx = y.
+        let xi = q(y) - q(d[0]) * q(c[0]);
+        assert!(has(&cut.into(), &[q(c[0]), xi]));
+    }
+}
+
+/// ρ = hi − m is rounded, and then G ρ: a vertex of the set stays where both go down.
+#[test]
+fn a_set_written_around_another_center_keeps_its_vertices() {
+    let mut s = Source(39);
+    for _ in 0..2000 {
+        let m = 0.02 * s.sym();
+        // A product just above a power of two loses the most.
+        let g = (1.0 + 1e-15 * s.below(8) as f64) / (1.0 + m.abs());
+        let x = ConstrainedZonotope::from(Zonotope::new([0.0], Matrix::column(&[g])).unwrap());
+        let around = scott::recentred(&x, &[m]).unwrap();
+        for vertex in [g, -g] {
+            assert!(has(&around, &[q(vertex)]), "{m:e} {g:e}");
+        }
+    }
+}
