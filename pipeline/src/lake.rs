@@ -138,10 +138,14 @@ pub fn publish(
     let published: BTreeSet<&str> = files.iter().map(|f| f.path.as_str()).collect();
     let mut entries: Vec<Entry> = built.iter().map(|(entry, _)| entry.clone()).collect();
     // Also what a killed run published before its manifest.
-    let mut stale: BTreeSet<String> = tables_on_disk(lake)
+    let mut stale: BTreeSet<String> = tables_on_disk(lake, true)
         .into_iter()
         .filter(|path| !old.contains_key(path))
         .collect();
+    // Times are not published here: they go with their experiment.
+    let known: BTreeSet<_> = published.iter().map(|path| path_keys(path)).collect();
+    let times = tables_on_disk(lake, false).into_iter();
+    stale.extend(times.filter(|path| !known.contains(&path_keys(path))));
     for (path, entry) in &old {
         if published.contains(path.as_str()) {
             continue;
@@ -199,6 +203,7 @@ fn is_described(path: &Path, entry: &Entry) -> bool {
 }
 
 /// The Hive keys in a lake path.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct PathKeys<'a> {
     pub(crate) paper: Option<&'a str>,
     pub(crate) experiment: Option<&'a str>,
@@ -357,7 +362,7 @@ pub fn verify(lake: &Path) -> Result<(usize, Vec<Finding>), Error> {
         })
         .collect();
     let known: BTreeSet<&str> = entries.iter().map(|e| e.path.as_str()).collect();
-    for path in tables_on_disk(lake) {
+    for path in tables_on_disk(lake, true) {
         if !known.contains(path.as_str()) {
             findings.push(Finding {
                 path,
@@ -372,14 +377,15 @@ pub fn verify(lake: &Path) -> Result<(usize, Vec<Finding>), Error> {
     Ok((entries.len(), findings))
 }
 
-/// The files that lie in the folders of the tables (those that the manifest vouches for) and of the traces.
-fn tables_on_disk(lake: &Path) -> Vec<String> {
+/// The files that lie in the folders of the tables: of those that the manifest vouches for and of the traces, or of those
+/// that it does not.
+fn tables_on_disk(lake: &Path, hashed: bool) -> Vec<String> {
     let mut found = Vec::new();
     for table in tables()
         .iter()
-        .filter(|t| t.hashed)
+        .filter(|t| t.hashed == hashed)
         .map(|t| t.name)
-        .chain(["traces"])
+        .chain(hashed.then_some("traces"))
     {
         list(&lake.join(table), table, &mut found);
     }
@@ -618,6 +624,31 @@ pub fn on_disk(lake: &Path, table: &str) -> Vec<PathBuf> {
 mod tests {
     use super::*;
     use crate::rows::{Belief, Estimate, EstimatorInfo};
+
+    #[test]
+    fn times_of_an_experiment_that_is_gone_go_and_others_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let lake = folder.path();
+        fs::create_dir_all(lake.join(".cache").join("tmp")).unwrap();
+        let times = |paper: &str, experiment: &str| {
+            let path = lake.join(table_path("timings", paper, experiment));
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(&path, "times").unwrap();
+            path
+        };
+        let [kept, gone, other] = [times("p", "kept"), times("p", "gone"), times("q", "gone")];
+        let file = Publication {
+            path: table_path("scores", "p", "kept"),
+            table: "scores",
+            key: "key".to_owned(),
+            make: Box::new(|path: &Path| {
+                fs::write(path, "scores").unwrap();
+                Ok(None)
+            }),
+        };
+        publish(lake, vec![file], |paper, _| paper == "p").unwrap();
+        assert!(kept.exists() && !gone.exists() && other.exists());
+    }
 
     /// A lake of one experiment with a guaranteed and another estimator, whose last step has this status
     /// and this verdict of the judge.

@@ -334,12 +334,12 @@ fn times_of(held: &Held, times: &[RecordedTime]) -> String {
             let recorded = cell(p).and_then(|c| {
                 let of =
                     |estimator: &str| timings::find(times, &held.name, &c.experiment, estimator);
-                let time = of(&c.estimator)?;
-                processors.insert(time.processor.as_str());
+                let (time, processor) = of(&c.estimator)?;
+                processors.insert(processor);
                 if c.over.is_empty() {
-                    return Some(format!("{} µs", four_digits(time.median_step_us)));
+                    return Some(format!("{} µs", four_digits(time)));
                 }
-                let ratio = time.median_step_us / of(&c.over)?.median_step_us;
+                let ratio = time / of(&c.over)?.0;
                 Some(format!(
                     "{} of the time of {}",
                     four_digits(ratio),

@@ -25,16 +25,24 @@ pub fn read(path: &Path) -> Result<Vec<RecordedTime>, Error> {
     read_kept(path)
 }
 
-/// The time of one estimator of one experiment.
+/// The time of one estimator and the processor; of several experiments joined by `+` the mean of their medians, as the
+/// paper averages, where one processor recorded them all.
 pub fn find<'a>(
     times: &'a [RecordedTime],
     paper: &str,
-    experiment: &str,
+    experiments: &str,
     estimator: &str,
-) -> Option<&'a RecordedTime> {
-    times
-        .iter()
-        .find(|t| t.paper == paper && t.experiment == experiment && t.estimator == estimator)
+) -> Option<(f64, &'a str)> {
+    let of = |experiment: &str| {
+        let is = |t: &&RecordedTime| {
+            t.paper == paper && t.experiment == experiment.trim() && t.estimator == estimator
+        };
+        times.iter().find(is)
+    };
+    let found: Vec<&RecordedTime> = experiments.split('+').map(of).collect::<Option<_>>()?;
+    let processor = found.first()?.processor.as_str();
+    let sum: f64 = found.iter().map(|t| t.median_step_us).sum();
+    (found.iter().all(|t| t.processor == processor)).then(|| (sum / found.len() as f64, processor))
 }
 
 #[cfg(test)]
@@ -50,12 +58,17 @@ mod tests {
             "paper,experiment,estimator,median_step_us,processor\nbox,a,kalman,0.5,\"CPU, fast\"\n";
         std::fs::write(&path, text).unwrap();
         let times = read(&path).unwrap();
-        let time = find(&times, "box", "a", "kalman").unwrap();
-        assert_eq!(
-            (time.median_step_us, time.processor.as_str()),
-            (0.5, "CPU, fast")
-        );
+        assert_eq!(find(&times, "box", "a", "kalman"), Some((0.5, "CPU, fast")));
         assert_eq!(find(&times, "box", "a", "other"), None);
+        let more = format!("{text}box,b,kalman,1.5,\"CPU, fast\"\nbox,c,kalman,1.5,another\n");
+        std::fs::write(&path, more).unwrap();
+        let times = read(&path).unwrap();
+        assert_eq!(
+            find(&times, "box", "a+b", "kalman"),
+            Some((1.0, "CPU, fast"))
+        );
+        assert_eq!(find(&times, "box", "a+c", "kalman"), None);
+        assert_eq!(find(&times, "box", "a+z", "kalman"), None);
         std::fs::write(&path, text.replace("0.5", "fast")).unwrap();
         assert!(read(&path).is_err());
     }
