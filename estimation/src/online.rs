@@ -3,8 +3,9 @@
 //! [`track`](crate::track()) runs over recorded data; here the data arrive. There is no clock in here: how long a
 //! step may take, and what is used in place of one that takes longer, is for the caller to say, who has the clock.
 //!
-//! After the first steps a step of `kalman`, `zmv`, `zfo`, `czmv` (with C2 or C3) and the lean `czfo` asks the allocator for
-//! nothing: what it makes lies in [`List`](zonobench_sets::List)s, whose memory stays with the thread. `docs/cost.md` has the counts.
+//! After the first steps a step of `kalman`, `zmv`, `zfo`, and with C2 or C3 of `czmv` and the lean `czfo`, asks the allocator
+//! for nothing: what it makes lies in [`List`](zonobench_sets::List)s, whose memory stays with the thread. A step that needs a
+//! longer list than all before it still asks, once. `docs/cost.md` has the counts.
 //!
 //! `examples/online.rs` shows a loop with a deadline and a second, cheaper estimator that steps in.
 

@@ -1,8 +1,9 @@
 //! Lists that hand their memory on, so that a step of a filter does not ask the allocator.
 //!
-//! What a step makes has the sizes of what the step before made and dropped. A [`List`] takes its memory from a
-//! shelf of its thread and gives it back when it is dropped; after a few steps all there is to take is on
-//! the shelf. Memory is kept by powers of two, at most [`MOST`] bytes of each, and given up with the thread.
+//! What a step makes has about the sizes of what the step before made and dropped. A [`List`] takes its memory from a
+//! shelf of its thread and gives it back when it is dropped; after some steps what there is to take is on the
+//! shelf, unless a list is longer than all before. Memory is kept by powers of two, at most [`MOST`] bytes of each, and
+//! given up with the thread.
 
 use crate::Interval;
 use std::any::{Any, TypeId};
@@ -10,11 +11,11 @@ use std::cell::RefCell;
 use std::fmt;
 use std::ops::{Deref, DerefMut};
 
-/// Bytes that a thread keeps at most of each power of two and type of entry; what is dropped beyond goes back to
-/// the allocator.
+/// Bytes of entries that a thread keeps at most of each power of two and type; what is dropped beyond goes back to the
+/// allocator.
 pub const MOST: usize = 4 << 20;
 
-/// An iterator's upper bound on its length is believed up to here.
+/// Where an iterator knows its length within bounds only, the upper one is believed up to so many bytes.
 const FORESEEN: usize = 1 << 16;
 
 /// The smallest list has room for 2² entries.
@@ -58,7 +59,8 @@ impl<T: 'static> List<T> {
 
     #[cold]
     fn grow(&mut self, more: usize) {
-        let mut longer = taken((self.0.len() + more).max(2 * self.0.capacity()));
+        let needed = self.0.len().saturating_add(more);
+        let mut longer = taken(needed.max(self.0.capacity().saturating_mul(2)));
         longer.append(&mut self.0);
         give_back(std::mem::replace(&mut self.0, longer));
     }
@@ -74,7 +76,7 @@ impl<T: 'static> List<T> {
     pub fn extend(&mut self, entries: impl IntoIterator<Item = T>) {
         let entries = entries.into_iter();
         match entries.size_hint() {
-            (_, Some(most)) if most <= FORESEEN => {
+            (least, Some(most)) if most == least || most <= FORESEEN / size_of::<T>().max(1) => {
                 self.reserve(most);
                 self.0.extend(entries);
             }
@@ -261,7 +263,7 @@ impl<'de, T: serde::Deserialize<'de> + 'static> serde::Deserialize<'de> for List
     }
 }
 
-/// Lists of 2^k entries and more, for each k.
+/// Lists of room for 2^k entries, for each k.
 struct Shelf<T>([Vec<Vec<T>>; CLASSES]);
 
 impl<T> Shelf<T> {
@@ -317,10 +319,11 @@ fn taken<T: 'static>(capacity: usize) -> Vec<T> {
     if capacity == 0 || size_of::<T>() == 0 {
         return Vec::new();
     }
-    let class = capacity.next_power_of_two().ilog2().max(SMALLEST);
+    let class = usize::BITS - (capacity - 1).leading_zeros();
+    let class = class.max(SMALLEST);
     let kept = with_shelves(|shelves| shelves.shelf::<T>()?.0.get_mut(class as usize)?.pop());
     kept.flatten().unwrap_or_else(|| {
-        let kept_later = (capacity * size_of::<T>()).next_power_of_two() <= MOST;
+        let kept_later = (class as usize) < CLASSES && size_of::<T>() <= MOST >> class;
         Vec::with_capacity(if kept_later { 1 << class } else { capacity })
     })
 }
@@ -331,14 +334,15 @@ fn give_back<T: 'static>(mut entries: Vec<T>) {
     // Before the shelves are borrowed: entries may be lists.
     entries.clear();
     let capacity = entries.capacity();
-    if capacity >> SMALLEST == 0 || size_of::<T>() == 0 {
+    // A `Vec` of another capacity would be counted, and taken, as a shorter one.
+    if capacity >> SMALLEST == 0 || !capacity.is_power_of_two() || size_of::<T>() == 0 {
         return;
     }
     let class = capacity.ilog2();
     with_shelves(|shelves| {
         if let Some(shelf) = shelves.shelf::<T>()
             && let Some(kept) = shelf.0.get_mut(class as usize)
-            && ((kept.len() + 1) * size_of::<T>()) << class <= MOST
+            && kept.len() < (MOST / size_of::<T>()) >> class
         {
             kept.push(entries);
         }
@@ -363,7 +367,7 @@ mod tests {
         std::thread::spawn(test).join().unwrap();
     }
 
-    /// How many lists of 2^`class` entries or more are kept.
+    /// How many lists of room for 2^`class` entries are kept.
     fn kept<T: 'static>(class: usize) -> usize {
         with_shelves(|shelves| shelves.shelf::<T>().map_or(0, |shelf| shelf.0[class].len()))
             .unwrap()
@@ -386,6 +390,17 @@ mod tests {
         });
     }
 
+    /// Three times 1 MiB an entry: no power of two of them is kept, and no more is asked for than is needed.
+    #[test]
+    fn room_is_rounded_up_only_where_it_is_kept() {
+        assert_eq!(List::<[u8; 3 << 20]>::with_capacity(1).capacity(), 1);
+        assert_eq!(List::<[u8; 24]>::with_capacity(174_762).capacity(), 174_762);
+        let few: List<u128> = (0..65_536_u128).filter(|x| *x == 5).collect();
+        assert!(few.len() == 1 && few.capacity() < 100, "{}", few.capacity());
+        let caught = std::panic::catch_unwind(|| List::<f64>::with_capacity(usize::MAX));
+        assert!(caught.is_err());
+    }
+
     #[test]
     fn lists_of_lists_give_back_both() {
         alone(|| {
@@ -402,6 +417,10 @@ mod tests {
             drop(many);
             assert_eq!(kept::<f64>(17), MOST >> 20);
             drop(List::filled(0.0, MOST));
+            // Its own size would look for it among the longer ones.
+            drop(List::from(Vec::<f64>::with_capacity(600)));
+            drop(List::filled(0.0, 600_000));
+            assert_eq!((kept::<f64>(9), kept::<f64>(19)), (0, 0));
             drop(List::filled(0_u8, 3));
             assert_eq!((kept::<f64>(22), kept::<u8>(2)), (0, 1));
         });
