@@ -145,7 +145,8 @@ pub fn publish(
     // Times are not published here: they go with their experiment.
     let known: BTreeSet<_> = published.iter().map(|path| path_keys(path)).collect();
     let times = tables_on_disk(lake, false).into_iter();
-    stale.extend(times.filter(|path| !known.contains(&path_keys(path))));
+    let inside = |path: &str| stays_inside(lake, Path::new(path).parent().unwrap_or(Path::new("")));
+    stale.extend(times.filter(|path| !known.contains(&path_keys(path)) && inside(path)));
     for (path, entry) in &old {
         if published.contains(path.as_str()) {
             continue;

@@ -91,44 +91,65 @@ fn incomplete_beta(a: f64, b: f64, x: f64) -> f64 {
     front * f
 }
 
+/// Runs from which on a spread that is skewed, or that of a ratio, is resampled: of fewer the extreme quantiles are not
+/// among the draws.
+const MANY: usize = 30;
+
 /// The offsets [lo, hi] such that a mean of `m` runs lies in (our mean over `n` + offsets) with probability 99 %, for a
 /// Gaussian spread: ± t · √(sd²/m + sd²/n), sd that of `values` and t the two-sided 99 % quantile at their number
-/// less one degrees of freedom.
+/// less one degrees of freedom. Of [`MANY`] values that are skewed, by resampling.
 pub fn prediction_offsets(values: &[f64], m: usize, n: usize) -> (f64, f64) {
-    let Some((_, sd)) = mean_sd(values) else {
+    if values.len() >= MANY && skewness(values).abs() > 1.0 {
+        let pairs: Vec<(f64, f64)> = values.iter().map(|&x| (x, 0.0)).collect();
+        return resampled_offsets(&pairs, m, n, |x, _| x);
+    }
+    gaussian_offsets(values, m, n)
+}
+
+fn gaussian_offsets(values: &[f64], m: usize, n: usize) -> (f64, f64) {
+    let Some((_, sd)) = mean_sd(values).filter(|_| values.len() > 1) else {
         return (0.0, 0.0);
     };
-    let (n, m) = (n.max(1), m.max(1));
-    if values.len() < 2 {
-        return (0.0, 0.0);
-    }
-    if skewness(values).abs() > 1.0 {
-        return bootstrap_offsets(values, m, n);
-    }
-    let half =
-        student_t(0.995, values.len() - 1) * (sd * sd / m as f64 + sd * sd / n as f64).sqrt();
+    let (n, m) = (n.max(1) as f64, m.max(1) as f64);
+    let half = student_t(0.995, values.len() - 1) * (sd * sd / m + sd * sd / n).sqrt();
     (-half, half)
 }
 
-/// The same by resampling: the 0.5 % and 99.5 % quantiles of (mean of m) − (mean of n).
-fn bootstrap_offsets(values: &[f64], m: usize, n: usize) -> (f64, f64) {
-    let pairs: Vec<(f64, f64)> = values.iter().map(|&x| (x, 0.0)).collect();
-    paired_offsets(&pairs, m, n, |x, _| x)
-}
-
-/// The offsets of a statistic of two means over the same runs, such as their ratio: the 0.5 % and 99.5 %
-/// quantiles of (statistic over m runs) − (statistic over n runs), the runs drawn in pairs, 2000 times from
-/// a fixed seed.
+/// The offsets of a statistic of two means over the same runs, such as their ratio: of [`MANY`] pairs by resampling, of
+/// fewer those of a Gaussian spread of the jackknife's pseudo-values N θ − (N − 1) θ₋ᵢ, which are the values themselves
+/// where the statistic is linear.
 pub fn paired_offsets(
     pairs: &[(f64, f64)],
     m: usize,
     n: usize,
     statistic: impl Fn(f64, f64) -> f64,
 ) -> (f64, f64) {
-    const RESAMPLES: usize = 2000;
-    if pairs.len() < 2 {
-        return (0.0, 0.0);
+    if pairs.len() >= MANY {
+        return resampled_offsets(pairs, m, n, statistic);
     }
+    let count = pairs.len() as f64;
+    let (x, y) = (pairs.iter()).fold((0.0, 0.0), |(x, y), (a, b)| (x + a, y + b));
+    let all = statistic(x / count, y / count);
+    let pseudo = |&(a, b): &(f64, f64)| {
+        let without = statistic((x - a) / (count - 1.0), (y - b) / (count - 1.0));
+        count * all - (count - 1.0) * without
+    };
+    let values: Vec<f64> = match pairs {
+        [] | [_] => Vec::new(),
+        pairs => pairs.iter().map(pseudo).collect(),
+    };
+    gaussian_offsets(&values, m, n)
+}
+
+/// The 0.5 % and 99.5 % quantiles of (statistic over m runs) − (statistic over n runs), the runs drawn in pairs, 2000
+/// times from a fixed seed.
+fn resampled_offsets(
+    pairs: &[(f64, f64)],
+    m: usize,
+    n: usize,
+    statistic: impl Fn(f64, f64) -> f64,
+) -> (f64, f64) {
+    const RESAMPLES: usize = 2000;
     let mut state = 0x7a6f_6e6f_6265_6e63_u64;
     let mut resample = |count: usize| {
         let (mut x, mut y) = (0.0, 0.0);
@@ -191,7 +212,8 @@ mod tests {
     #[test]
     fn the_bootstrap_is_near_the_formula_for_a_symmetric_spread() {
         let values: Vec<f64> = (0..400).map(|i| f64::from(i) / 399.0 - 0.5).collect();
-        let (lo, hi) = bootstrap_offsets(&values, 50, 400);
+        let pairs: Vec<(f64, f64)> = values.iter().map(|&x| (x, 1.0)).collect();
+        let (lo, hi) = paired_offsets(&pairs, 50, 400, |x, y| x / y);
         let (a, b) = prediction_offsets(&values, 50, 400);
         assert!(
             (lo / a - 1.0).abs() < 0.15 && (hi / b - 1.0).abs() < 0.15,
@@ -213,9 +235,47 @@ mod tests {
         // t at 2 degrees of freedom is 9.925, sd 1: both means over one run.
         let (lo, hi) = prediction_offsets(&values, 1, 1);
         assert!((hi - 9.925 * 2f64.sqrt()).abs() < 1e-3 && lo == -hi, "{hi}");
-        let pairs: Vec<(f64, f64)> = values.iter().map(|&x| (x, 1.0)).collect();
-        // Of single draws the largest difference there is.
-        assert_eq!(paired_offsets(&pairs, 1, 1, |x, y| x / y), (-2.0, 2.0));
+        assert_eq!(
+            paired_offsets(&[(1.0, 2.0)], 1, 1, |x, y| x / y),
+            (0.0, 0.0)
+        );
         assert_eq!(prediction_offsets(&[1.0], 1, 1), (0.0, 0.0));
+    }
+
+    /// Two means of a number that is the same in the mean: 99 in 100 differences must lie in the interval.
+    #[test]
+    fn intervals_of_few_runs_hold_as_often_as_they_say() {
+        let mut state = 5_u64;
+        let mut normal = || {
+            (0..12)
+                .map(|_| index(&mut state, 1 << 20) as f64)
+                .sum::<f64>()
+        };
+        let unit = 12.0 * f64::from(1_u32 << 19);
+        for (runs, m, n) in [(5, 1, 1), (5, 1, 5), (3, 1, 3), (10, 20, 10)] {
+            let mut held = 0;
+            for _ in 0..2000 {
+                // Numbers around 1 beside numbers around 2, whose ratio is compared.
+                let mut draw = |count: usize| -> Vec<(f64, f64)> {
+                    let mut pair = || {
+                        let (x, y) = (normal() / unit, 1.0 + normal() / unit);
+                        (1.0 + 0.1 * (x - 1.0), 2.0 + 0.1 * (y - 2.0))
+                    };
+                    (0..count).map(|_| pair()).collect()
+                };
+                let ratio = |x: f64, y: f64| x / y;
+                let mean = |pairs: &[(f64, f64)]| {
+                    let sum = pairs.iter().fold((0.0, 0.0), |s, p| (s.0 + p.0, s.1 + p.1));
+                    sum.0 / sum.1
+                };
+                let (lo, hi) = paired_offsets(&draw(runs), m, n, ratio);
+                let difference = mean(&draw(m)) - mean(&draw(n));
+                held += usize::from(lo <= difference && difference <= hi);
+            }
+            assert!(
+                (1965..=1998).contains(&held),
+                "{runs} {m} {n}: {held} of 2000"
+            );
+        }
     }
 }

@@ -260,17 +260,20 @@ impl Results<'_> {
         })
     }
 
-    /// The spread for a number of one run, which has none: that of the first other reading of the cell with several
-    /// runs, as offsets of what one run gives.
+    /// The spread for a number of one run, which has none: that of the other reading of the cell with the most runs, the
+    /// first of equals, as offsets of what one run gives.
     fn lent(&self, p: &Published, cell: &Cell) -> Option<((f64, f64), String)> {
-        let others = self.paper.cells.iter().filter(|c| p.is(c));
-        others.filter(|c| c.reading != cell.reading).find_map(|c| {
-            let number = self.number(p, c, Some(1)).filter(|number| number.n > 1)?;
+        let others = (self.paper.cells.iter()).filter(|c| p.is(c) && c.reading != cell.reading);
+        let numbers = others.filter_map(|c| Some((c, self.number(p, c, Some(1))?)));
+        let most = numbers
+            .filter(|(_, number)| number.n > 1)
+            .min_by_key(|(_, number)| std::cmp::Reverse(number.n));
+        most.map(|(c, number)| {
             let spread = format!(
                 "the spread of {} runs of the reading {}",
                 number.n, c.reading
             );
-            Some((number.offsets, spread))
+            (number.offsets, spread)
         })
     }
 
@@ -462,16 +465,16 @@ fn automatic(
     interval: Option<(f64, f64)>,
 ) -> String {
     let ours = four_digits(number.value);
+    let over = match &number.spread {
+        Some(spread) => format!("one run, with {spread}"),
+        None => format!("{} runs", number.n),
+    };
     match (verdict, interval) {
         ("exact", _) => "the same number".to_owned(),
         ("within_rounding", _) => format!("{ours} rounds to it"),
         ("within_tolerance", _) => format!("{ours}, within {} of it: {}", p.tolerance, p.reason),
         ("within_ci", Some((lo, hi))) => format!(
-            "{ours} over {}: a mean of {} runs lies in [{}, {}] with 99 %",
-            match &number.spread {
-                Some(spread) => format!("one run, with {spread}"),
-                None => format!("{} runs", number.n),
-            },
+            "{ours} over {over}: a mean of {} runs lies in [{}, {}] with 99 %",
             p.runs.unwrap_or(1),
             four_digits(lo),
             four_digits(hi)
@@ -485,8 +488,7 @@ fn automatic(
         ("lost_in_source", _) => format!("the printed value is lost; ours is {ours}"),
         ("error", _) => format!("{ours}: a claim without a comparison"),
         (_, Some((lo, hi))) => format!(
-            "{ours} over {} runs; the printed number is not in [{}, {}]",
-            number.n,
+            "{ours} over {over}; the printed number is not in [{}, {}]",
             four_digits(lo),
             four_digits(hi)
         ),
