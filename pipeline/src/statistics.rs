@@ -97,7 +97,7 @@ const MANY: usize = 30;
 
 /// The offsets [lo, hi] such that a mean of `m` runs lies in (our mean over `n` + offsets) with probability 99 %, for a
 /// Gaussian spread: ± t · √(sd²/m + sd²/n), sd that of `values` and t the two-sided 99 % quantile at their number
-/// less one degrees of freedom. Of [`MANY`] values that are skewed, by resampling.
+/// less one degrees of freedom. Of 30 values or more that are skewed, by resampling.
 pub fn prediction_offsets(values: &[f64], m: usize, n: usize) -> (f64, f64) {
     if values.len() >= MANY && skewness(values).abs() > 1.0 {
         let pairs: Vec<(f64, f64)> = values.iter().map(|&x| (x, 0.0)).collect();
@@ -115,7 +115,7 @@ fn gaussian_offsets(values: &[f64], m: usize, n: usize) -> (f64, f64) {
     (-half, half)
 }
 
-/// The offsets of a statistic of two means over the same runs, such as their ratio: of [`MANY`] pairs by resampling, of
+/// The offsets of a statistic of two means over the same runs, such as their ratio: of 30 pairs or more by resampling, of
 /// fewer those of a Gaussian spread of the jackknife's pseudo-values N θ − (N − 1) θ₋ᵢ, which are the values themselves
 /// where the statistic is linear.
 pub fn paired_offsets(
