@@ -651,6 +651,20 @@ mod tests {
         assert!(kept.exists() && !gone.exists() && other.exists());
     }
 
+    #[cfg(unix)]
+    #[test]
+    fn times_that_a_link_leads_to_are_not_the_lakes_to_remove() {
+        let (folder, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let lake = folder.path();
+        fs::create_dir_all(lake.join(".cache").join("tmp")).unwrap();
+        std::os::unix::fs::symlink(elsewhere.path(), lake.join("timings")).unwrap();
+        let path = lake.join(table_path("timings", "p", "gone"));
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(&path, "times").unwrap();
+        publish(lake, Vec::new(), |_, _| true).unwrap();
+        assert!(path.exists());
+    }
+
     /// A lake of one experiment with a guaranteed and another estimator, whose last step has this status
     /// and this verdict of the judge.
     fn violations_of(status: &str, contains: Option<bool>) -> Vec<String> {

@@ -320,9 +320,6 @@ impl Results<'_> {
         if cell.metric == "claims" {
             return self.claim(p, cell);
         }
-        if cell.metric == "not-run" {
-            return row(p, &cell.reading, "not_reproducible", cell.finding.clone());
-        }
         if cell.metric == "timing" {
             return row(p, &cell.reading, "lost_in_source", cell.finding.clone());
         }
@@ -415,11 +412,6 @@ impl Results<'_> {
         rel_diff: Option<f64>,
     ) -> String {
         let show = |x: Option<f64>| x.map_or_else(|| "(no value)".to_owned(), four_digits);
-        // An end that reads as the printed number would not say on which side of it that is.
-        let end = |x: Option<f64>| match x {
-            Some(x) if four_digits(x) == p.printed => format!("{x:.6}"),
-            x => show(x),
-        };
         let mut out = String::new();
         let mut rest = finding;
         while let Some((before, after)) = rest.split_once('{') {
@@ -433,8 +425,8 @@ impl Results<'_> {
             match place {
                 "reproduced" => out += &four_digits(number.value),
                 "published" => out += &p.printed,
-                "lo" => out += &end(interval.map(|i| i.0)),
-                "hi" => out += &end(interval.map(|i| i.1)),
+                "lo" => out += &show(interval.map(|i| i.0)),
+                "hi" => out += &show(interval.map(|i| i.1)),
                 "rel_diff" => out += &show(rel_diff.map(|d| 100.0 * d)),
                 "n" => out += &number.n.to_string(),
                 "sd" => out += &show(number.sd),
@@ -724,6 +716,7 @@ mod tests {
     fn a_number_of_one_run_is_lent_the_spread_of_another_reading() {
         let cells = "table,row,column,reading,experiment,estimator,metric,component,over,finding\n\
                      T,r,c,as-written,once,e,m,,,{reproduced} by {spread}: {lo} to {hi}\n\
+                     T,r,c,few,seldom,e,m,,,\n\
                      T,r,c,lean,often,e,m,,,\n";
         let published = "table,row,column,printed,unit,kind,runs,tolerance,reason\nT,r,c,PRINTED,1,monte_carlo,1,,\n";
         let verdict = |printed: &str| {
@@ -739,7 +732,11 @@ mod tests {
                 let subject: Subject = ("e".into(), "m".into(), None, None);
                 vec![(subject, values.to_vec())]
             };
-            let scores = [("once", held(&[5.0])), ("often", held(&[1.0, 2.0, 3.0]))];
+            let scores = [
+                ("once", held(&[5.0])),
+                ("seldom", held(&[1.0, 100.0])),
+                ("often", held(&[1.0, 2.0, 3.0])),
+            ];
             let results = Results {
                 paper: &paper,
                 scores: scores.map(|(id, values)| (id.to_owned(), values)).into(),
