@@ -1,7 +1,7 @@
 //! The claims of \[MeslemRamdani\]: the estimator of boxes beside the Kalman filter.
 
 use crate::exact::{M, Q, Source, V, add, frac, q, sub, v};
-use crate::{Claim, Trial};
+use crate::{Claim, Class, Trial};
 use num_traits::{Signed, Zero};
 
 /// The claims, in the order of the text.
@@ -57,7 +57,9 @@ fn claim(
         id,
         statement,
         consequence,
+        class: Class::Stated,
         run,
+        twins: Vec::new(),
     }
 }
 

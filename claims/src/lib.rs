@@ -17,7 +17,7 @@ mod cz;
 mod ezgkf;
 mod inzsmf;
 
-pub use trial::{Claim, Outcome, Trial, Verdict};
+pub use trial::{Claim, Class, Outcome, Trial, Twin, Verdict};
 
 /// The claims of every paper, in the order of the papers and of their text.
 pub fn all() -> Vec<Claim> {

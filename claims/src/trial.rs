@@ -2,8 +2,44 @@
 
 use crate::exact::Source;
 
-/// A claim of a paper, and how it is tried.
+/// Whose sentence a claim is, and so what a loss of it says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Class {
+    /// The paper's sentence under its own hypotheses, read as kindly as the text allows: a loss refutes it.
+    #[default]
+    Stated,
+    /// A slip of the pen, which the paper's own proof or a neighbouring equation corrects.
+    Slip,
+    /// The sentence as our damaged text has it: lost or exchanged bars, lost subscripts. Never charged to the authors.
+    Damage,
+    /// A remark of ours that the paper does not make; outside of every count.
+    Remark,
+}
+
+impl Class {
+    /// Its name in the lake.
+    pub fn name(self) -> &'static str {
+        match self {
+            Class::Stated => "stated",
+            Class::Slip => "slip",
+            Class::Damage => "damage",
+            Class::Remark => "remark",
+        }
+    }
+}
+
+/// A claim made wrong on purpose: the same trials with one term dropped or shrunk. They must lose, or the trials
+/// of the claim could not have refuted it.
 #[derive(Clone, Copy)]
+pub struct Twin {
+    /// What was damaged.
+    pub damage: &'static str,
+    /// Tries the damaged claim.
+    pub run: fn(&mut Trial),
+}
+
+/// A claim of a paper, and how it is tried.
+#[derive(Clone)]
 pub struct Claim {
     /// The paper's name.
     pub paper: &'static str,
@@ -13,8 +49,12 @@ pub struct Claim {
     pub statement: &'static str,
     /// What follows for a method that uses it.
     pub consequence: &'static str,
+    /// Whose sentence it is.
+    pub class: Class,
     /// Tries it.
     pub run: fn(&mut Trial),
+    /// Damaged twins, each of which must lose; tests run them.
+    pub twins: Vec<Twin>,
 }
 
 /// What the trials of a claim say.
@@ -104,6 +144,27 @@ impl Trial {
 }
 
 impl Claim {
+    /// The same claim as a sentence of another class.
+    pub fn class(mut self, class: Class) -> Self {
+        self.class = class;
+        self
+    }
+
+    /// The same claim with one more damaged twin.
+    pub fn twin(mut self, damage: &'static str, run: fn(&mut Trial)) -> Self {
+        self.twins.push(Twin { damage, run });
+        self
+    }
+
+    /// Tries a damaged twin on the instances of the claim itself.
+    pub fn outcome_of(&self, twin: &Twin) -> Outcome {
+        Claim {
+            run: twin.run,
+            ..self.clone()
+        }
+        .outcome()
+    }
+
     /// Tries the claim. The same claim gives the same outcome, whatever ran before it.
     pub fn outcome(&self) -> Outcome {
         let mut trial = Trial {
@@ -163,7 +224,9 @@ mod tests {
             id: "verdict",
             statement: "",
             consequence: "do",
+            class: Class::Stated,
             run,
+            twins: Vec::new(),
         }
         .outcome()
     }

@@ -39,3 +39,21 @@ fn an_outcome_does_not_depend_on_what_ran_before() {
     last("lemma-1");
     assert_eq!(alone, last("corollary-1"));
 }
+
+#[test]
+fn every_damaged_twin_loses() {
+    for claim in all() {
+        let whole = claim.outcome();
+        for twin in &claim.twins {
+            let o = claim.outcome_of(twin);
+            let name = format!("{} {}, {}: {o:?}", claim.paper, claim.id, twin.damage);
+            // Where the claim itself loses, it is the repaired one that the twin damages.
+            let lost = if whole.lost == 0 {
+                o.lost
+            } else {
+                o.repaired_lost
+            };
+            assert!(lost > 0, "{name}");
+        }
+    }
+}

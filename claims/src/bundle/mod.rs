@@ -4,7 +4,7 @@ mod decomposition;
 mod lemmas;
 mod polytopes;
 
-use crate::Claim;
+use crate::{Claim, Class};
 
 /// The claims, in the order of the text.
 pub fn claims() -> Vec<Claim> {
@@ -27,6 +27,8 @@ fn claim(
         id,
         statement,
         consequence,
+        class: Class::Stated,
         run,
+        twins: Vec::new(),
     }
 }

@@ -7,7 +7,7 @@ mod taylor;
 
 pub use extensions::{Intervals, eliminated, inclusion, inclusion_of, mean_value};
 
-use crate::Claim;
+use crate::{Claim, Class};
 
 /// The claims, in the order of the text.
 pub fn claims() -> Vec<Claim> {
@@ -31,6 +31,8 @@ fn claim(
         id,
         statement,
         consequence,
+        class: Class::Stated,
         run,
+        twins: Vec::new(),
     }
 }

@@ -6,7 +6,7 @@ mod preliminaries;
 
 pub use preliminaries::rotation;
 
-use crate::Claim;
+use crate::{Claim, Class};
 
 /// The claims, in the order of the text.
 pub fn claims() -> Vec<Claim> {
@@ -29,6 +29,8 @@ fn claim(
         id,
         statement,
         consequence,
+        class: Class::Stated,
         run,
+        twins: Vec::new(),
     }
 }

@@ -3,7 +3,7 @@
 mod filter;
 mod group;
 
-use crate::Claim;
+use crate::{Claim, Class};
 
 /// The claims, in the order of the text.
 pub fn claims() -> Vec<Claim> {
@@ -21,6 +21,8 @@ fn claim(
         id,
         statement,
         consequence,
+        class: Class::Stated,
         run,
+        twins: Vec::new(),
     }
 }
