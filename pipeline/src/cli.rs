@@ -326,7 +326,8 @@ fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
             Ok(0)
         }
         Command::Query { sql, format, lake } => {
-            print(&query::render(&query::run(&lake.lake, &sql)?, format))?;
+            let mut out = BufWriter::new(std::io::stdout());
+            query::write(&lake.lake, &sql, format, &mut out)?;
             Ok(0)
         }
         Command::Report { lake, out } => {
@@ -618,7 +619,7 @@ fn run_files(
                 "SELECT estimator, metric, component, n_runs, mean, sd FROM scores WHERE paper = '{}' AND experiment = '{}'",
                 e.paper, e.id
             );
-            let scores = query::render(&query::run(lake, &sql)?, query::Format::Table);
+            let scores = query::text(lake, &sql, query::Format::Table)?;
             out += &format!("\n{}\n\n{scores}\n", e.name());
         }
         out += &format!(

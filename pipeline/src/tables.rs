@@ -7,7 +7,7 @@ use crate::report::verdict;
 use crate::rows::{Comparison, TimingComparison};
 use crate::stage::compare::four_digits;
 use crate::table;
-use polars::prelude::{Expr, IntoLazy, LazyFrame, col, len, lit};
+use polars::prelude::{Column, DataFrame, NamedFrom, PolarsResult};
 use std::path::Path;
 
 /// How the tables are printed.
@@ -56,41 +56,47 @@ pub fn timing_comparisons(lake: &Path, paper: &str) -> Result<Vec<TimingComparis
 
 /// How many cells have which verdict, by paper and table: (paper, table, verdict, cells).
 pub fn matrix(lake: &Path) -> Result<Vec<(String, String, String, usize)>, Error> {
-    let Some(frame) = query::table(lake, "comparison")? else {
-        return Ok(Vec::new());
-    };
-    let keys: [Expr; 3] = [col("paper"), col("table"), col("verdict")];
-    let counted = frame
-        .filter(col("reading").eq(lit("as-written")))
-        .group_by_stable(keys)
-        .agg([len().alias("cells")])
-        .lazy();
-    let frame = collect(counted)?;
-    let text = |name: &str, row: usize| {
-        frame
-            .column(name)
-            .ok()
-            .and_then(|c| c.get(row).ok())
-            .map(|v| v.get_str().map_or_else(|| v.to_string(), str::to_owned))
-    };
-    let mut rows = Vec::new();
-    for row in 0..frame.height() {
-        let get = |name| text(name, row).unwrap_or_default();
-        rows.push((
-            get("paper"),
-            get("table"),
-            get("verdict"),
-            get("cells").parse().unwrap_or(0),
-        ));
+    let (mut of_paper, mut of_table, mut verdict) = (Vec::new(), Vec::new(), Vec::new());
+    for paper in papers(lake)? {
+        for c in comparisons(lake, &paper)? {
+            if verdict::is_as_written(&c) {
+                of_paper.push(paper.clone());
+                of_table.push(c.table.to_string());
+                verdict.push(c.verdict.to_string());
+            }
+        }
     }
-    Ok(rows)
-}
-
-fn collect(frame: LazyFrame) -> Result<polars::prelude::DataFrame, Error> {
-    frame.collect().map_err(|e| Error::Query {
+    count(&of_paper, &of_table, &verdict).map_err(|e| Error::Query {
         message: e.to_string(),
         tables: "comparison".to_owned(),
     })
+}
+
+/// How often each triple comes, in the order in which they come first.
+fn count(
+    of_paper: &[String],
+    of_table: &[String],
+    verdict: &[String],
+) -> PolarsResult<Vec<(String, String, String, usize)>> {
+    let keys = ["paper", "table", "verdict"];
+    let columns = keys
+        .into_iter()
+        .zip([of_paper, of_table, verdict])
+        .map(|(name, texts)| Column::new(name.into(), texts));
+    let frame = DataFrame::new(of_paper.len(), columns.collect())?;
+    if frame.height() == 0 {
+        return Ok(Vec::new());
+    }
+    let groups = frame.group_by_stable(keys)?;
+    let names = groups.keys();
+    let text = |column: usize, row: usize| -> PolarsResult<String> {
+        Ok(names[column].str()?.get(row).unwrap_or_default().to_owned())
+    };
+    let sizes = groups.get_groups().iter().map(|group| group.len());
+    sizes
+        .enumerate()
+        .map(|(row, n)| Ok((text(0, row)?, text(1, row)?, text(2, row)?, n)))
+        .collect()
 }
 
 /// The verdicts that a reader should look at first.

@@ -4,10 +4,9 @@
 use super::markup::{badge, escaped, place, row, scrolling, table};
 use super::{Page, heading};
 use crate::error::Error;
-use crate::query;
+use crate::query::{self, Answer, Value};
 use crate::stage::compare::four_digits;
 use crate::svg::{self, Axis, Colour, Marker, Panel, Series};
-use polars::prelude::{AnyValue, DataFrame, LazyFrame};
 use std::path::Path;
 
 /// A table of the lake, the command that makes it, and what it is.
@@ -31,7 +30,7 @@ const TABLES: [(&str, &str, &str); 3] = [
 
 /// What the lake holds of these tables.
 pub struct Measured {
-    frames: [Option<DataFrame>; 3],
+    frames: [Option<Answer>; 3],
 }
 
 /// A claim that does not hold.
@@ -52,13 +51,7 @@ pub struct FalseClaim {
 pub fn read(lake: &Path) -> Result<Measured, Error> {
     let mut frames = [None, None, None];
     for (frame, (name, _, _)) in frames.iter_mut().zip(TABLES) {
-        *frame = match query::table(lake, name)? {
-            Some(lazy) => Some(LazyFrame::collect(lazy).map_err(|e| Error::Query {
-                message: e.to_string(),
-                tables: name.to_owned(),
-            })?),
-            None => None,
-        };
+        *frame = query::table(lake, name)?;
     }
     Ok(Measured { frames })
 }
@@ -102,25 +95,21 @@ impl Measured {
             verdict: text(frame, "verdict", i),
             consequence: text(frame, "consequence", i),
         };
-        (0..frame.height()).filter(of_paper).map(claim).collect()
+        (0..frame.len()).filter(of_paper).map(claim).collect()
     }
 }
 
 /// A cell as text; empty where there is none.
-fn text(frame: &DataFrame, column: &str, i: usize) -> String {
-    let value = frame.column(column).and_then(|c| c.get(i));
-    match value {
-        Ok(AnyValue::Null) | Err(_) => String::new(),
-        Ok(AnyValue::Float64(x)) => four_digits(x),
-        Ok(other) => other
-            .get_str()
-            .map_or_else(|| other.to_string(), str::to_owned),
+fn text(frame: &Answer, column: &str, i: usize) -> String {
+    match frame.value(column, i) {
+        None => String::new(),
+        Some(Value::Float(x)) => four_digits(x),
+        Some(other) => other.text().into_owned(),
     }
 }
 
-fn number(frame: &DataFrame, column: &str, i: usize) -> Option<f64> {
-    let value = frame.column(column).ok()?.get(i).ok()?;
-    value.extract::<f64>().filter(|x| x.is_finite())
+fn number(frame: &Answer, column: &str, i: usize) -> Option<f64> {
+    frame.value(column, i)?.number().filter(|x| x.is_finite())
 }
 
 /// The page of all three, each with a word where it is missing.
@@ -148,12 +137,8 @@ pub fn page(measured: &Measured) -> Page {
 }
 
 /// Every row, the path's keys first.
-fn whole(name: &str, frame: &DataFrame) -> String {
-    let mut columns: Vec<String> = frame
-        .get_column_names()
-        .iter()
-        .map(|c| c.to_string())
-        .collect();
+fn whole(name: &str, frame: &Answer) -> String {
+    let mut columns = frame.columns().to_vec();
     columns.sort_by_key(|c| match c.as_str() {
         "paper" => 0,
         "experiment" => 1,
@@ -164,7 +149,7 @@ fn whole(name: &str, frame: &DataFrame) -> String {
         .map(|c| escaped(c).replace('_', " "))
         .collect();
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
-    let rows: Vec<String> = (0..frame.height())
+    let rows: Vec<String> = (0..frame.len())
         .map(|i| {
             let cells: Vec<String> = columns
                 .iter()
@@ -185,9 +170,9 @@ fn whole(name: &str, frame: &DataFrame) -> String {
 }
 
 /// A chart a paper, claim and sweep: what was counted and the printed formula, over the size that was swept.
-fn counts(frame: &DataFrame) -> String {
+fn counts(frame: &Answer) -> String {
     let mut claims: Vec<(String, String, Vec<usize>)> = Vec::new();
-    for i in 0..frame.height() {
+    for i in 0..frame.len() {
         let sweep = text(frame, "sweep_variable", i);
         // The row that has the verdict of the whole claim has no size.
         if sweep.is_empty() {
