@@ -7,7 +7,10 @@ use std::path::Path;
 
 fn main() {
     let here = std::env::var("CARGO_MANIFEST_DIR").expect("cargo sets it");
-    let root = Path::new(&here).join("../..").canonicalize().expect("the workspace is there");
+    let root = Path::new(&here)
+        .join("../..")
+        .canonicalize()
+        .expect("the workspace is there");
     let crates = sources::crates(&root);
     let mut code = String::from("&[\n");
     for (name, folder) in &crates {

@@ -1,23 +1,5 @@
 //! The command line.
 
-use zonobench_engine::campaign;
-use zonobench_engine::engine::{self, Finished};
-use zonobench_lake::error::Error;
-use zonobench_lab::experiment::Experiment;
-use zonobench_lake::lake;
-use zonobench_evidence::ledger;
-use zonobench_engine::long_campaign::{self, Until};
-use zonobench_lake::numbers;
-use zonobench_verdicts::papers::{self, Paper};
-use zonobench_engine::progress::{Progress, Verbosity};
-use zonobench_query::query;
-use zonobench_report;
-use zonobench_evidence::attack::{self, Size};
-use zonobench_verdicts::compare::Scale;
-use zonobench_evidence::count::text as counts_text;
-use zonobench_lake::store::{Status, Store};
-use zonobench_query::tables;
-use zonobench_lab::tracking;
 use clap::{Args, Parser, Subcommand};
 use rayon::prelude::*;
 use std::io::{ErrorKind, IsTerminal as _, Write as _};
@@ -25,6 +7,24 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use zonobench_engine::campaign;
+use zonobench_engine::engine::{self, Finished};
+use zonobench_engine::long_campaign::{self, Until};
+use zonobench_engine::progress::{Progress, Verbosity};
+use zonobench_evidence::attack::{self, Size};
+use zonobench_evidence::count::text as counts_text;
+use zonobench_evidence::ledger;
+use zonobench_lab::experiment::Experiment;
+use zonobench_lab::tracking;
+use zonobench_lake::error::Error;
+use zonobench_lake::lake;
+use zonobench_lake::numbers;
+use zonobench_lake::store::{Status, Store};
+use zonobench_query::query;
+use zonobench_query::tables;
+use zonobench_report as report;
+use zonobench_verdicts::compare::Scale;
+use zonobench_verdicts::papers::{self, Paper};
 
 /// Set-membership and mixed state estimation: published results, rebuilt and compared.
 ///
@@ -825,7 +825,8 @@ fn verify(lake: &Path) -> Result<u8, Error> {
 #[cfg(test)]
 mod tests {
     use super::has_every_paper;
-    use crate::{lake, papers};
+    use zonobench_lake::lake;
+    use zonobench_verdicts::papers;
 
     #[test]
     fn a_lake_of_some_papers_is_not_for_the_committed_pages() {

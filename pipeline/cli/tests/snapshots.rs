@@ -8,11 +8,11 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use zonobench_lake::digits::four_digits;
 use zonobench_lake::lake::{paper_table_path, table_path};
 use zonobench_lake::rows::{
     Belief, Claim, Comparison, Complexity, Estimate, EstimatorInfo, Metric, Score, Set, Truth,
 };
-use zonobench_lake::digits::four_digits;
 use zonobench_lake::table::{self, Name};
 
 fn workspace() -> PathBuf {
@@ -224,7 +224,9 @@ fn the_published_experiments_give_the_accepted_numbers() {
     settings.set_prepend_module_to_snapshot(false);
     settings.set_omit_expression(true);
     settings.bind(|| {
-        for paper in zonobench_verdicts::papers::load(&[]).expect("the embedded experiments are valid") {
+        for paper in
+            zonobench_verdicts::papers::load(&[]).expect("the embedded experiments are valid")
+        {
             insta::assert_snapshot!(paper.name.clone(), comparison(&lake, &paper.name));
             let text = claims(&lake, &paper.name);
             insta::assert_snapshot!(format!("{}__claims", paper.name), text);

@@ -1,10 +1,10 @@
 //! The campaign against the guarantees on the terminal.
 
-use zonobench_lake::error::Error;
-use zonobench_verdicts::papers;
 use crate::progress::Progress;
-use zonobench_lake::rows::Attack;
 use zonobench_evidence::attack::{self, Size};
+use zonobench_lake::error::Error;
+use zonobench_lake::rows::Attack;
+use zonobench_verdicts::papers;
 
 /// What a campaign found.
 pub struct Found {

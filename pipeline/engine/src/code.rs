@@ -42,12 +42,24 @@ mod tests {
     /// What cargo says that `package` stands on, of this workspace.
     fn according_to_cargo(package: &str) -> BTreeSet<String> {
         let tree = Command::new(env!("CARGO"))
-            .args(["tree", "--offline", "--locked", "--edges", "normal,build", "--prefix", "none"])
+            .args([
+                "tree",
+                "--offline",
+                "--locked",
+                "--edges",
+                "normal,build",
+                "--prefix",
+                "none",
+            ])
             .args(["--package", package])
             .current_dir(root())
             .output()
             .unwrap();
-        assert!(tree.status.success(), "{}", String::from_utf8_lossy(&tree.stderr));
+        assert!(
+            tree.status.success(),
+            "{}",
+            String::from_utf8_lossy(&tree.stderr)
+        );
         String::from_utf8(tree.stdout)
             .unwrap()
             .lines()
@@ -61,7 +73,11 @@ mod tests {
     fn a_stage_reaches_the_crates_that_cargo_says() {
         let crates = sources::crates(&root());
         for stage in STAGES {
-            assert_eq!(sources::reached(&crates, stage), according_to_cargo(stage), "{stage}");
+            assert_eq!(
+                sources::reached(&crates, stage),
+                according_to_cargo(stage),
+                "{stage}"
+            );
         }
     }
 
@@ -87,7 +103,12 @@ mod tests {
                 let mut changed = bytes.clone();
                 changed[bytes.len() / 2] ^= 1;
                 std::fs::write(file, &changed).unwrap();
-                assert_ne!(sources::digest(copy.path(), &copied), whole, "{}", file.display());
+                assert_ne!(
+                    sources::digest(copy.path(), &copied),
+                    whole,
+                    "{}",
+                    file.display()
+                );
                 std::fs::write(file, &bytes).unwrap();
             }
         }
@@ -109,7 +130,10 @@ mod tests {
         }
         // What is shown, and what is judged, moves no run.
         for other in ["pipeline/report", "pipeline/verdicts", "pipeline/query"] {
-            assert!(files.iter().all(|f| !f.starts_with(root().join(other))), "{other}");
+            assert!(
+                files.iter().all(|f| !f.starts_with(root().join(other))),
+                "{other}"
+            );
         }
     }
 }

@@ -3,23 +3,23 @@
 //! Experiments, estimators and runs are spread over the threads; results are put in order by index, so
 //! that neither the number of threads nor their timing leaves a trace in a hashed file.
 
-use zonobench_lake::error::Error;
-use zonobench_lake::lake::{self, Publication, paper_table_path, table_path, trace_path};
-use zonobench_verdicts::papers::Paper;
 use crate::code;
 use crate::progress::Progress;
-use zonobench_lake::rows;
-use zonobench_lab::stage::estimate::Job;
-use zonobench_evidence::{attack, claims, count};
-use zonobench_lab::stage::{Experiment, Recordings, estimate, reduce, simulate, trace};
-use zonobench_verdicts::{compare, score};
-use zonobench_lake::store::{Artifact, Status, Store, Target};
-use zonobench_lake::table;
 use rayon::prelude::*;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use zonobench_evidence::{attack, claims, count};
+use zonobench_lab::stage::estimate::Job;
+use zonobench_lab::stage::{Experiment, Recordings, estimate, reduce, simulate, trace};
+use zonobench_lake::error::Error;
+use zonobench_lake::lake::{self, Publication, paper_table_path, table_path, trace_path};
+use zonobench_lake::rows;
+use zonobench_lake::store::{Artifact, Status, Store, Target};
+use zonobench_lake::table;
+use zonobench_verdicts::papers::Paper;
+use zonobench_verdicts::{compare, score};
 
 /// An experiment with all its results.
 pub struct Finished {
@@ -183,9 +183,12 @@ fn paper_target(paper: &str, stage: &'static str) -> Target {
 /// Tries (or finds) a paper's numbered claims.
 fn claims(store: &Store, paper: &str) -> Result<Artifact, Error> {
     let target = paper_target(paper, "claims");
-    let (artifact, _) = store.run(&target, code::of(zonobench_evidence::CRATE), &claims::input(paper), |dir| {
-        claims::make(paper, dir)
-    })?;
+    let (artifact, _) = store.run(
+        &target,
+        code::of(zonobench_evidence::CRATE),
+        &claims::input(paper),
+        |dir| claims::make(paper, dir),
+    )?;
     Ok(artifact)
 }
 
@@ -195,7 +198,12 @@ pub fn count(store: &Store, paper: &str) -> Result<Option<Artifact>, Error> {
         return Ok(None);
     };
     let target = paper_target(paper, "count");
-    let (artifact, _) = store.run(&target, code::of(zonobench_evidence::CRATE), &input, |dir| count::make(paper, dir))?;
+    let (artifact, _) = store.run(
+        &target,
+        code::of(zonobench_evidence::CRATE),
+        &input,
+        |dir| count::make(paper, dir),
+    )?;
     Ok(Some(artifact))
 }
 
@@ -227,11 +235,16 @@ pub fn attack(
         let target = attack_target(paper, system);
         let input = attack::input(paper, system, size);
         let name = format!("{paper}/{system}");
-        let (artifact, made) = store.run(&target, code::of(zonobench_evidence::CRATE), &input, |dir| {
-            attack::make(paper, system, size, dir, &|n| {
-                progress.advance(&name, "attack", n)
-            })
-        })?;
+        let (artifact, made) = store.run(
+            &target,
+            code::of(zonobench_evidence::CRATE),
+            &input,
+            |dir| {
+                attack::make(paper, system, size, dir, &|n| {
+                    progress.advance(&name, "attack", n)
+                })
+            },
+        )?;
         if !made {
             progress.advance(&name, "attack", attack::units(paper, system, size));
         }
@@ -248,7 +261,11 @@ pub fn plan_paper(store: &Store, paper: &Paper) -> Vec<Planned> {
         let status = store.status(&target, code, input);
         Planned { target, status }
     };
-    let mut planned = vec![look("claims", code::of(zonobench_evidence::CRATE), &claims::input(&paper.name))];
+    let mut planned = vec![look(
+        "claims",
+        code::of(zonobench_evidence::CRATE),
+        &claims::input(&paper.name),
+    )];
     if let Some(input) = count::input(&paper.name) {
         planned.push(look("count", code::of(zonobench_evidence::CRATE), &input));
     }
@@ -287,16 +304,21 @@ pub fn compare(
     let counts = complexity.as_ref().map(|a| a.content.as_str());
     let input = compare::input(paper, &contents, &claims.content, counts, scale);
     let metrics = metrics_of(finished, &paper.name)?;
-    let (comparison, _) = store.run(&target, code::of(zonobench_verdicts::CRATE), &input, |dir| {
-        let ledgers = compare::Ledgers {
-            claims: table::read(&file(&claims, claims::FILE)?)?,
-            complexity: match &complexity {
-                Some(artifact) => table::read(&file(artifact, count::FILE)?)?,
-                None => Vec::new(),
-            },
-        };
-        compare::make(paper, &metrics, ledgers, scale, dir)
-    })?;
+    let (comparison, _) = store.run(
+        &target,
+        code::of(zonobench_verdicts::CRATE),
+        &input,
+        |dir| {
+            let ledgers = compare::Ledgers {
+                claims: table::read(&file(&claims, claims::FILE)?)?,
+                complexity: match &complexity {
+                    Some(artifact) => table::read(&file(artifact, count::FILE)?)?,
+                    None => Vec::new(),
+                },
+            };
+            compare::make(paper, &metrics, ledgers, scale, dir)
+        },
+    )?;
     Ok(Compared {
         comparison,
         claims,
@@ -539,13 +561,24 @@ pub fn plan(store: &Store, experiment: &Experiment) -> Vec<Planned> {
     let mut contents = Some(Vec::new());
     for i in 0..experiment.estimators.len() {
         let input = data.as_ref().map(|d| estimate::input(experiment, i, d));
-        let estimates = look("estimate", Some(i), code::of(zonobench_lab::stage::CRATE), input).map(|a| a.content);
+        let estimates = look(
+            "estimate",
+            Some(i),
+            code::of(zonobench_lab::stage::CRATE),
+            input,
+        )
+        .map(|a| a.content);
         if experiment.output.traces {
             let input = data
                 .as_ref()
                 .zip(estimates.as_ref())
                 .map(|(d, e)| trace::input(experiment, i, d, e));
-            look("trace", Some(i), code::of(zonobench_lab::stage::CRATE), input);
+            look(
+                "trace",
+                Some(i),
+                code::of(zonobench_lab::stage::CRATE),
+                input,
+            );
         }
         contents = contents.zip(estimates).map(|(mut all, one)| {
             all.push(one);

@@ -1,15 +1,15 @@
 //! The long campaign: counted case by case into a file of the repository, which can be stopped at any time, gone
 //! on with, and counted again.
 
-use zonobench_lake::error::Error;
-use zonobench_lake::kept::read_kept;
-use zonobench_verdicts::papers;
 use crate::progress::{Progress, Verbosity};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::{Duration, Instant};
 use zonobench_attack::{Case, Counts, cases};
+use zonobench_lake::error::Error;
+use zonobench_lake::kept::read_kept;
+use zonobench_verdicts::papers;
 
 /// One case of the record: its units 0 … `units` − 1 and what was counted in them.
 ///

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 /// The folders of all crates of the workspace at `root`, by name, in order of name.
 pub fn crates(root: &Path) -> Vec<(String, PathBuf)> {
-    let manifest = fs::read_to_string(root.join("Cargo.toml")).expect("the workspace has a Cargo.toml");
+    let manifest =
+        fs::read_to_string(root.join("Cargo.toml")).expect("the workspace has a Cargo.toml");
     let mut crates: Vec<(String, PathBuf)> = manifest
         .lines()
         .filter_map(|line| {
@@ -54,7 +55,10 @@ fn dependencies(folder: &Path) -> Vec<String> {
 pub fn files(root: &Path, crates: &[(String, PathBuf)], start: &str) -> Vec<PathBuf> {
     let mut files = vec![root.join("Cargo.toml"), root.join("Cargo.lock")];
     for name in reached(crates, start) {
-        let (_, folder) = crates.iter().find(|(n, _)| *n == name).expect("a reached crate is one of them");
+        let (_, folder) = crates
+            .iter()
+            .find(|(n, _)| *n == name)
+            .expect("a reached crate is one of them");
         for part in ["src", "Cargo.toml", "build.rs"] {
             walk(&folder.join(part), &mut files);
         }
@@ -83,7 +87,9 @@ fn walk(path: &Path, out: &mut Vec<PathBuf>) {
 pub fn digest(root: &Path, files: &[PathBuf]) -> String {
     let mut hasher = blake3::Hasher::new();
     for file in files {
-        let name = file.strip_prefix(root).expect("sources lie in the workspace");
+        let name = file
+            .strip_prefix(root)
+            .expect("sources lie in the workspace");
         let bytes = fs::read(file).expect("a source file can be read");
         hasher.update(name.to_string_lossy().replace('\\', "/").as_bytes());
         hasher.update(&[0]);

@@ -1,13 +1,13 @@
 //! attack: the campaign against the guarantees, counted.
 
-use zonobench_lake::error::Error;
-use zonobench_lake::rows::Attack;
-use zonobench_lake::table::metadata;
-use zonobench_lake::table;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::path::Path;
 use zonobench_attack::{Case, Counts, cases, clopper_pearson_upper};
+use zonobench_lake::error::Error;
+use zonobench_lake::rows::Attack;
+use zonobench_lake::table;
+use zonobench_lake::table::metadata;
 
 /// The file that it writes.
 pub const FILE: &str = "attack.parquet";

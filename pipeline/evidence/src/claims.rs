@@ -1,12 +1,12 @@
 //! claims: a paper's numbered claims, put to the test in exact arithmetic.
 
-use zonobench_lake::error::Error;
-use zonobench_lake::rows::Claim;
-use zonobench_lake::table::metadata;
-use zonobench_lake::table;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::path::Path;
+use zonobench_lake::error::Error;
+use zonobench_lake::rows::Claim;
+use zonobench_lake::table;
+use zonobench_lake::table::metadata;
 
 /// What the ledger of a paper depends on: the claims themselves are code.
 pub fn input(paper: &str) -> Value {

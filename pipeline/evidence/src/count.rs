@@ -1,12 +1,12 @@
 //! count: the papers' claims about cost, held against counted operations.
 
-use zonobench_lake::error::Error;
-use zonobench_lake::rows::Complexity;
-use zonobench_lake::table::metadata;
-use zonobench_lake::table;
 use serde_json::{Value, json};
 use std::path::Path;
 use zonobench_complexity::{PAPERS, Row, count};
+use zonobench_lake::error::Error;
+use zonobench_lake::rows::Complexity;
+use zonobench_lake::table;
+use zonobench_lake::table::metadata;
 
 /// The file that it writes.
 pub const FILE: &str = "complexity.parquet";

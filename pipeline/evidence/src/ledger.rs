@@ -1,8 +1,8 @@
 //! The ledger of the papers' claims on the terminal.
 
+use crate::claims;
 use zonobench_lake::error::Error;
 use zonobench_lake::rows::Claim;
-use crate::claims;
 
 /// Tries the claims of `paper` (of all if none), or one of them, and prints what came out.
 pub fn render(paper: Option<&str>, claim: Option<&str>) -> Result<String, Error> {

@@ -4,9 +4,6 @@
 //! or `u1`, …), in any order. k ascends; a k that is left out, or an empty cell (null), means that
 //! nothing was measured there. Everything else that a file can hold is refused with its line and column.
 
-use zonobench_lake::Error;
-use zonobench_lake::bad_input::{BadInput, listed, nearest};
-use zonobench_lake::decoded::until_damaged;
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float32Type, Float64Type, Int32Type, Int64Type, UInt32Type, UInt64Type};
 use arrow_array::{Array, RecordBatch};
@@ -14,6 +11,9 @@ use arrow_schema::DataType;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use std::fs::File;
 use std::path::Path;
+use zonobench_lake::Error;
+use zonobench_lake::bad_input::{BadInput, listed, nearest};
+use zonobench_lake::decoded::until_damaged;
 
 /// The most steps that a recording may span.
 pub const MOST_STEPS: usize = 10_000_000;

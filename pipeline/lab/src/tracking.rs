@@ -1,15 +1,15 @@
 //! `track`: estimators on recorded data, without a simulation and without a truth.
 
-use zonobench_lake::error::Error;
 use crate::experiment::{Output, Tracking};
 use crate::recorded;
-use zonobench_lake::rows::{Belief, Estimate, EstimatorInfo};
 use crate::stage::estimate::{Job, describe, make};
 use crate::stage::{Recordings, metadata};
-use zonobench_lake::table;
 use std::fs;
 use std::path::{Path, PathBuf};
 use zonobench_estimation::System as _;
+use zonobench_lake::error::Error;
+use zonobench_lake::rows::{Belief, Estimate, EstimatorInfo};
+use zonobench_lake::table;
 
 /// What was written for one combination of a file's sweep and cases.
 pub struct Tracked {

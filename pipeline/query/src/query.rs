@@ -1,7 +1,5 @@
 //! SQL over the lake, by polars: every lake table is a table name, with `paper` and `experiment` as columns.
 
-use zonobench_lake::error::Error;
-use zonobench_lake::lake::{self, files_of, read_manifest, table_names};
 use polars::prelude::{
     AnyValue, DataFrame, DataType, Field, LazyFrame, PlRefPath, PolarsError, ScanArgsParquet,
     UnionArgs, concat, lit,
@@ -9,6 +7,8 @@ use polars::prelude::{
 use polars::sql::SQLContext;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use zonobench_lake::error::Error;
+use zonobench_lake::lake::{self, files_of, read_manifest, table_names};
 
 /// How a result is printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]

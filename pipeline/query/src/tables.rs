@@ -1,14 +1,14 @@
 //! The papers' tables: published beside reproduced, with interval, verdict and reason.
 
-use zonobench_lake::error::Error;
-use zonobench_lake::lake::{paper_table_path, read_manifest};
 use crate::query;
-use zonobench_verdicts::verdict;
-use zonobench_lake::rows::{Comparison, TimingComparison};
-use zonobench_lake::digits::four_digits;
-use zonobench_lake::table;
 use polars::prelude::{Expr, IntoLazy, LazyFrame, col, len, lit};
 use std::path::Path;
+use zonobench_lake::digits::four_digits;
+use zonobench_lake::error::Error;
+use zonobench_lake::lake::{paper_table_path, read_manifest};
+use zonobench_lake::rows::{Comparison, TimingComparison};
+use zonobench_lake::table;
+use zonobench_verdicts::verdict;
 
 /// How the tables are printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]

@@ -1,11 +1,11 @@
 //! The long campaign against the guarantees, from the committed `attack.csv` beside the pages, by estimator.
 
-use zonobench_engine::long_campaign::RecordedAttack;
 use crate::html::markup;
 use crate::markdown::{escaped, heading, table};
+use zonobench_attack::clopper_pearson_upper;
+use zonobench_engine::long_campaign::RecordedAttack;
 use zonobench_evidence::attack::CONFIDENCE;
 use zonobench_lake::digits::four_digits;
-use zonobench_attack::clopper_pearson_upper;
 
 /// The name of the file beside the pages.
 pub const FILE: &str = "attack.csv";
@@ -131,7 +131,9 @@ mod tests {
         assert_eq!(found[0][9], four_digits(1.0 - libm::pow(0.05, 0.01)));
         assert_eq!(found[1][4..9].join(" "), "10 0 3 1 0");
         std::fs::write(&path, text.replace("3,1,0", "3,4,0")).unwrap();
-        let message = zonobench_engine::long_campaign::read(&path).unwrap_err().to_string();
+        let message = zonobench_engine::long_campaign::read(&path)
+            .unwrap_err()
+            .to_string();
         assert!(message.contains("zsmf"), "{message}");
         assert_eq!(section(&[]), "");
         assert!(section(&recorded).contains("here 7a, and"));

@@ -1,10 +1,10 @@
 //! The counts of a paper's claims about cost, drawn: counted points, and the claimed growth beside them.
 
 use crate::markdown::{code, escaped, heading, table};
-use zonobench_verdicts::verdict;
-use zonobench_lake::rows::Complexity;
 use crate::svg::{Axis, Colour, Figure, Marker, Panel, Series};
 use std::collections::BTreeMap;
+use zonobench_lake::rows::Complexity;
+use zonobench_verdicts::verdict;
 
 /// The file of the picture of one claim.
 fn file_name(claim: &str) -> String {

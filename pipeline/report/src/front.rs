@@ -5,9 +5,9 @@ use crate::markdown::{anchor, code, escaped, heading, table};
 use crate::model::{self, TableFindings};
 use crate::page::{interval, label, smoke_run};
 use crate::source::Held;
-use zonobench_verdicts::verdict::{self, is_as_written};
-use zonobench_lake::rows::Comparison;
 use zonobench_lake::digits::four_digits;
+use zonobench_lake::rows::Comparison;
+use zonobench_verdicts::verdict::{self, is_as_written};
 
 /// The front page.
 pub fn page(papers: &[&Held]) -> String {
@@ -317,5 +317,5 @@ fn legend() -> String {
         .iter()
         .map(|v| vec![verdict::shown(v.name), v.meaning.to_owned()])
         .collect();
-    markdown::table(&["verdict", "meaning"], &rows)
+    table(&["verdict", "meaning"], &rows)
 }

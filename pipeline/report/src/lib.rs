@@ -28,14 +28,14 @@ mod timings;
 #[cfg(test)]
 mod tests;
 
-use zonobench_lake::error::Error;
-use zonobench_engine::long_campaign::{self, RecordedAttack};
 use about::Figure;
 use peers::PeerRow;
 use source::{Held, Source};
 use std::collections::BTreeMap;
 use std::path::Path;
 use timings::RecordedTime;
+use zonobench_engine::long_campaign::{self, RecordedAttack};
+use zonobench_lake::error::Error;
 
 /// Where the HTML page lies below the folder of the reports.
 pub const HTML: &str = "html/index.html";

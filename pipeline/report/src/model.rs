@@ -1,13 +1,13 @@
 //! What the pages say, before it is written as Markdown or as HTML: the findings of a paper, a table in the
 //! paper's own layout, who is missing, how many cells have which verdict.
 
-use zonobench_verdicts::published::Cell;
 use crate::about;
 use crate::source::Held;
-use zonobench_verdicts::verdict::{self, is_as_written};
+use std::collections::BTreeSet;
 use zonobench_lake::rows::Comparison;
 use zonobench_query::tables::is_finding;
-use std::collections::BTreeSet;
+use zonobench_verdicts::published::Cell;
+use zonobench_verdicts::verdict::{self, is_as_written};
 
 /// A printed number or claim that does not come out as written.
 pub struct Finding<'a> {

@@ -1,10 +1,6 @@
 //! The page of a paper: what it says, its tables and figures, how to run it again. A name of the user's own
 //! has a page too, with the scores of its experiments.
 
-use zonobench_lake::error::Error;
-use zonobench_lab::experiment::Experiment;
-use zonobench_verdicts::papers::Paper;
-use zonobench_verdicts::published::Cell;
 use crate::about::{self, Drawing, Figure};
 use crate::complexity;
 use crate::markdown::{anchor, code, details, escaped, heading, table};
@@ -12,10 +8,14 @@ use crate::model::{self, unit};
 use crate::source::{Held, Source};
 use crate::step_times::{self, Recorded, StepTimes};
 use crate::timings::{self, RecordedTime};
-use zonobench_verdicts::verdict;
-use zonobench_lake::rows::{Claim, Comparison, Published, Score};
-use zonobench_lake::digits::four_digits;
 use std::collections::BTreeSet;
+use zonobench_lab::experiment::Experiment;
+use zonobench_lake::digits::four_digits;
+use zonobench_lake::error::Error;
+use zonobench_lake::rows::{Claim, Comparison, Published, Score};
+use zonobench_verdicts::papers::Paper;
+use zonobench_verdicts::published::Cell;
+use zonobench_verdicts::verdict;
 
 /// The page and the figures of `held`: (file name, text).
 pub fn of(
@@ -593,7 +593,8 @@ fn own_experiment(source: &Source, paper: &str, id: &str) -> Result<String, Erro
 
 fn score(s: &Score) -> Vec<String> {
     let number = |x: Option<f64>| x.map(four_digits).unwrap_or_default();
-    let name = |n: &Option<zonobench_lake::table::Name>| n.as_deref().map(escaped).unwrap_or_default();
+    let name =
+        |n: &Option<zonobench_lake::table::Name>| n.as_deref().map(escaped).unwrap_or_default();
     let interval = match (s.ci_lo, s.ci_hi) {
         (Some(lo), Some(hi)) => format!("\\[{}, {}\\]", four_digits(lo), four_digits(hi)),
         _ => String::new(),

@@ -3,14 +3,14 @@
 //! What is said here is computed from its rows: ratios of medians, and how many hulls leave out a point that is in
 //! their set exactly.
 
-use zonobench_lake::bad_input::BadInput;
-use zonobench_lake::error::Error;
 use crate::html::markup;
 use crate::markdown::{escaped, heading, table};
 use crate::svg::Colour;
 use crate::svg::bars::{Bar, Bars, Group};
 use serde::Deserialize;
 use std::path::Path;
+use zonobench_lake::bad_input::BadInput;
+use zonobench_lake::error::Error;
 
 /// What one tool took for one operation on the sets of one size, and how its hulls came out.
 #[derive(Clone, Debug, PartialEq, Deserialize)]

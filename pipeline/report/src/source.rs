@@ -1,13 +1,5 @@
 //! What a lake holds, read for the pages.
 
-use zonobench_lake::error::Error;
-use zonobench_lake::lake::{self, Entry, PathKeys};
-use zonobench_verdicts::papers::{self, Paper};
-use zonobench_lake::rows::{
-    Belief, Claim, Comparison, Complexity, Estimate, EstimatorInfo, Measurement, Published, Score,
-    Set, Truth, Variable,
-};
-use zonobench_lake::table::{self, Row};
 use arrow_array::cast::AsArray;
 use arrow_array::types::Int32Type;
 use parquet::file::reader::FileReader;
@@ -15,6 +7,14 @@ use parquet::file::serialized_reader::SerializedFileReader;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::path::{Path, PathBuf};
+use zonobench_lake::error::Error;
+use zonobench_lake::lake::{self, Entry, PathKeys};
+use zonobench_lake::rows::{
+    Belief, Claim, Comparison, Complexity, Estimate, EstimatorInfo, Measurement, Published, Score,
+    Set, Truth, Variable,
+};
+use zonobench_lake::table::{self, Row};
+use zonobench_verdicts::papers::{self, Paper};
 
 /// A lake and its manifest.
 pub struct Source {

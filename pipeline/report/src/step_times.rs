@@ -2,12 +2,12 @@
 //!
 //! Written by `just record-timings` on a named processor; a page shows what is recorded and measures nothing.
 
-use zonobench_lake::error::Error;
-use zonobench_lake::kept::read_kept;
-use zonobench_lake::digits::four_digits;
 use crate::svg::{Axis, Colour, Figure, Panel, Series};
 use serde::Deserialize;
 use std::path::Path;
+use zonobench_lake::digits::four_digits;
+use zonobench_lake::error::Error;
+use zonobench_lake::kept::read_kept;
 
 /// The file beside the pages.
 pub const FILE: &str = "step-times.csv";

@@ -189,8 +189,6 @@ pub enum Marker {
     Dot,
     /// A circle
     Ring,
-    /// A square
-    Square,
     /// A cross
     Cross,
 }
@@ -201,7 +199,6 @@ impl Marker {
         match self {
             Marker::Dot => "h0",
             Marker::Ring => "m-3 0a3 3 0 1 0 6 0a3 3 0 1 0-6 0m3 0",
-            Marker::Square => "m-2.5-2.5h5v5h-5zm2.5 2.5",
             Marker::Cross => "m-3-3l6 6m0-6l-6 6m3-3",
         }
     }

@@ -2,20 +2,20 @@
 //! as a smoke run, and an experiment of a user's own.
 
 use super::page::label;
-use super::verdict::{is_as_written, shown};
 use super::*;
-use zonobench_engine::engine;
-use zonobench_lab::experiment::Experiment;
-use zonobench_lake::lake;
-use zonobench_verdicts::papers;
-use zonobench_engine::progress::{Progress, Verbosity};
-use zonobench_query::query;
-use zonobench_lake::rows::Comparison;
-use zonobench_verdicts::compare::Scale;
-use zonobench_lake::store::Store;
-use zonobench_query::tables;
 use std::sync::{Arc, LazyLock};
 use tempfile::TempDir;
+use zonobench_engine::engine;
+use zonobench_engine::progress::{Progress, Verbosity};
+use zonobench_lab::experiment::Experiment;
+use zonobench_lake::lake;
+use zonobench_lake::rows::Comparison;
+use zonobench_lake::store::Store;
+use zonobench_query::query;
+use zonobench_query::tables;
+use zonobench_verdicts::compare::Scale;
+use zonobench_verdicts::papers;
+use zonobench_verdicts::verdict::{is_as_written, shown};
 
 /// A lake of small runs of `wanted` papers, compared at `scale`; with enough steps for every figure if `figures`.
 fn published(wanted: &[&str], scale: Scale, figures: bool) -> TempDir {

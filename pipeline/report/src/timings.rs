@@ -1,9 +1,9 @@
 //! Recorded times: the committed `timings.csv`, the only times that a page shows.
 
-use zonobench_lake::error::Error;
-use zonobench_lake::kept::read_kept;
 use serde::Deserialize;
 use std::path::Path;
+use zonobench_lake::error::Error;
+use zonobench_lake::kept::read_kept;
 
 /// The median time of a step of one estimator on a named processor.
 #[derive(Clone, Debug, PartialEq, Deserialize)]

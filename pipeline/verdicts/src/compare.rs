@@ -3,20 +3,20 @@
 //! The grammar of cells and claims stands in `experiments/README.md`, the verdicts in the documentation of
 //! the table `comparison`. Derived numbers (ratios of scores) have the spread of a paired bootstrap.
 
-use zonobench_lake::digits::four_digits;
-use zonobench_lake::error::Error;
-use zonobench_lab::experiment::MetricSpec;
 use crate::papers::Paper;
 use crate::published::{Cell, Comparison as Claim, Published, half_unit};
-use zonobench_lake::rows::{self, Comparison, Complexity, Metric, TimingComparison};
-use zonobench_lake::table::metadata;
 use crate::score::{Subject, by_subject};
 use crate::statistics::{mean_sd, paired_offsets, prediction_offsets};
-use zonobench_lake::table;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::de::DeValue;
+use zonobench_lab::experiment::MetricSpec;
+use zonobench_lake::digits::four_digits;
+use zonobench_lake::error::Error;
+use zonobench_lake::rows::{self, Comparison, Complexity, Metric, TimingComparison};
+use zonobench_lake::table;
+use zonobench_lake::table::metadata;
 
 /// A finding that begins so says why a number that differs could not come out: the paper leaves out what it
 /// depends on.

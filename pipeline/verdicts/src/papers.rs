@@ -1,9 +1,9 @@
 //! The published experiments, embedded in the binary.
 
-use zonobench_lake::error::Error;
-use zonobench_lab::experiment::Experiment;
 use crate::published::{Cell, Published, read_cells, read_published};
 use std::sync::Arc;
+use zonobench_lab::experiment::Experiment;
+use zonobench_lake::error::Error;
 
 /// (path below `experiments/`, text).
 const FILES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/experiment_files.rs"));

@@ -3,8 +3,8 @@
 //! The grammar stands in `experiments/README.md`. A printed number is kept as text; its value and the size
 //! of its last printed digit are read from that text.
 
-use zonobench_lake::error::Error;
 use serde::{Deserialize, Serialize};
+use zonobench_lake::error::Error;
 
 /// Kinds of printed numbers.
 pub const KINDS: &[&str] = &[

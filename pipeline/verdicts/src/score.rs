@@ -1,12 +1,12 @@
 //! score: the metrics over all runs: mean, spread, and a confidence interval of the mean.
 
+use crate::statistics::{mean_sd, student_t};
+use serde_json::{Value, json};
+use std::path::Path;
 use zonobench_lake::error::Error;
 use zonobench_lake::rows::{Metric, Score};
 use zonobench_lake::table::metadata;
-use crate::statistics::{mean_sd, student_t};
 use zonobench_lake::table::{self, Name};
-use serde_json::{Value, json};
-use std::path::Path;
 
 /// What the scores depend on.
 pub fn input(metrics: &str) -> Value {

@@ -5,9 +5,9 @@
 //! that ends early (an inconsistent measurement) is folded over the steps it has.
 
 use super::reader::{Field, Table};
-use zonobench_lake::bad_input::{BadInput, listed, nearest};
 use serde::{Deserialize, Serialize};
 use zonobench_estimation::estimator::Phase;
+use zonobench_lake::bad_input::{BadInput, listed, nearest};
 
 /// What there is to know about a metric.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

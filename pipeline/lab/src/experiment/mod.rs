@@ -11,8 +11,6 @@ mod reader;
 mod tree;
 mod variants;
 
-use zonobench_lake::Error;
-use zonobench_lake::bad_input::{BadInput, listed, nearest};
 use reader::{Field, Table, deserialize};
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -23,6 +21,8 @@ use zonobench_estimation::system::System;
 use zonobench_estimation::{
     AnyEstimator, EstimationError, EstimatorSettings, Inputs, Problem, Truth, Uncertain,
 };
+use zonobench_lake::Error;
+use zonobench_lake::bad_input::{BadInput, listed, nearest};
 
 pub use metric::{METRICS, MetricInfo, MetricSpec};
 

@@ -1,7 +1,6 @@
 //! The parts of an experiment, read from its tables: system, uncertain vectors, truth, inputs.
 
 use super::reader::{Field, Table, deserialize};
-use zonobench_lake::bad_input::{BadInput, listed};
 use crate::recorded;
 use std::path::Path;
 use zonobench_estimation::controller::Controller;
@@ -12,6 +11,7 @@ use zonobench_estimation::systems::{
     Form, Linear, Lpv, Measured, Quadrotor, QuotientForm, Raimondo, Unicycle, VanDerPol, VehicleSe2,
 };
 use zonobench_estimation::{AnySystem, EstimationError, Inputs, Problem, Truth, Uncertain};
+use zonobench_lake::bad_input::{BadInput, listed};
 
 /// The keys of every kind of system, beside `kind`.
 const SYSTEM_KEYS: &[(&str, &[&str])] = &[

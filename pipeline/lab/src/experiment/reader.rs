@@ -1,8 +1,8 @@
 //! Typed access to the tree: every refusal names the key, what was expected, and what came.
 
 use super::tree::{Entry, Node, Source, Value};
-use zonobench_lake::bad_input::{BadInput, listed, nearest};
 use std::ops::Range;
+use zonobench_lake::bad_input::{BadInput, listed, nearest};
 use zonobench_sets::Matrix;
 
 /// A table whose keys have been checked.

@@ -3,9 +3,9 @@
 //! Sweeps and cases change the tree before anything is read from it, so that a value is checked where
 //! it is used and an error still points at the line where it was written.
 
-use zonobench_lake::bad_input::{BadInput, listed, nearest};
 use std::ops::Range;
 use toml::de::{DeTable, DeValue};
+use zonobench_lake::bad_input::{BadInput, listed, nearest};
 
 /// A document's name and text.
 #[derive(Clone, Debug)]

@@ -10,8 +10,8 @@
 //! the one that was there, unless a dotted path goes further.
 
 use super::tree::{Node, Source, Value};
-use zonobench_lake::bad_input::BadInput;
 use std::ops::Range;
+use zonobench_lake::bad_input::BadInput;
 
 /// The sections in which a nested override walks on to the `id` of an element.
 const LISTS: [&str; 2] = ["estimator", "metric"];

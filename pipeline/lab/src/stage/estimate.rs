@@ -3,12 +3,8 @@
 //! The estimator reads measurements and inputs. The truth goes to the judge alone, which is handed
 //! every finished belief and says whether it holds the truth.
 
-use zonobench_lake::error::Error;
 use crate::experiment::{EstimatorSpec, MetricSpec, Output};
-use zonobench_lake::rows::{self, Belief, Estimate, EstimatorInfo, Extra, Set, Timing};
 use crate::stage::{Experiment, Recordings, metadata};
-use zonobench_lake::store::canonical;
-use zonobench_lake::table::{self, Name, TableWriter};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -16,6 +12,10 @@ use std::time::Instant;
 use zonobench_estimation::estimator::{Belief as _, Containment, Estimator as _, Phase};
 use zonobench_estimation::outline::outline;
 use zonobench_estimation::{AnyBelief, AnyEstimator, EstimationError, Problem, System as _, track};
+use zonobench_lake::error::Error;
+use zonobench_lake::rows::{self, Belief, Estimate, EstimatorInfo, Extra, Set, Timing};
+use zonobench_lake::store::canonical;
+use zonobench_lake::table::{self, Name, TableWriter};
 use zonobench_sets::Interval;
 
 /// The most generators of a set that a trace carries.

@@ -12,11 +12,11 @@ pub use zonobench_lake::table::metadata;
 /// results' addresses.
 pub const CRATE: &str = env!("CARGO_PKG_NAME");
 
+use zonobench_estimation::{Problem, System as _};
 use zonobench_lake::error::Error;
 use zonobench_lake::rows::{Input, Measurement, Truth};
 use zonobench_lake::store::Artifact;
 use zonobench_lake::table;
-use zonobench_estimation::{Problem, System as _};
 use zonobench_sets::Interval;
 
 /// A state component over time: value and rounding radius.

@@ -3,14 +3,10 @@
 //! (Not to be confused with `reduce_order`, which makes a set simpler.) The formulas stand in
 //! [`crate::experiment::METRICS`]; sums run over k in ascending order.
 
-use zonobench_lake::error::Error;
 use crate::experiment::MetricSpec;
 use crate::experiment::metric::Bound;
-use zonobench_lake::rows::{Belief, Estimate, Extra, Metric};
 use crate::stage::estimate::{Job, describe, phase_name};
 use crate::stage::{Experiment, Recordings, metadata};
-use zonobench_lake::store::Artifact;
-use zonobench_lake::table::{self, Name};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int32Type};
 use arrow_array::{Array, Float64Array, RecordBatch};
@@ -19,6 +15,10 @@ use serde_json::{Value, json};
 use std::path::Path;
 use zonobench_estimation::estimators::{printed_width_bound, width_bound};
 use zonobench_estimation::{EstimationError, Problem, System as _};
+use zonobench_lake::error::Error;
+use zonobench_lake::rows::{Belief, Estimate, Extra, Metric};
+use zonobench_lake::store::Artifact;
+use zonobench_lake::table::{self, Name};
 use zonobench_sets::ellipsoid::{Ellipsoid, chi_square_isf};
 use zonobench_sets::se2::wrap;
 use zonobench_sets::{IntervalVector, Matrix};

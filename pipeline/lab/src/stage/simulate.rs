@@ -1,14 +1,14 @@
 //! simulate: an experiment's truth, what is measured of it, and the known inputs.
 
-use zonobench_lake::error::Error;
-use zonobench_lake::rows::{Input, Measurement, Truth};
 use crate::stage::{Experiment, metadata};
-use zonobench_lake::table::{Name, TableWriter};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::path::Path;
 use zonobench_estimation::system::Variable;
 use zonobench_estimation::{System, Trajectory, simulate};
+use zonobench_lake::error::Error;
+use zonobench_lake::rows::{Input, Measurement, Truth};
+use zonobench_lake::table::{Name, TableWriter};
 
 /// What the simulation depends on: neither the experiment's name nor any estimator.
 pub fn input(experiment: &Experiment) -> Value {

@@ -1,18 +1,18 @@
 //! trace: run 0 of one estimator as an MCAP file.
 
-use zonobench_lake::error::Error;
-use zonobench_lake::rows::{Belief, Estimate, Set};
 use crate::stage::estimate::{Job, describe};
 use crate::stage::{Experiment, Recordings, metadata};
-use zonobench_lake::store::Artifact;
-use zonobench_lake::table;
-use zonobench_trace::{MeasurementRow, Outline, Trace, TraceStep, TraceZonotope, write};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 use zonobench_estimation::System as _;
+use zonobench_lake::error::Error;
+use zonobench_lake::rows::{Belief, Estimate, Set};
+use zonobench_lake::store::Artifact;
+use zonobench_lake::table;
+use zonobench_trace::{MeasurementRow, Outline, Trace, TraceStep, TraceZonotope, write};
 
 /// The most steps in a trace: of a longer run every second step is in it, or every third, and so on, so that
 /// it stays small and plays at a rate that can be seen. Steps that are not `ok` and the last are always there.

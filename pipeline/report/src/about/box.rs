@@ -1,16 +1,16 @@
 //! box: Figs. 3 to 9 of [MeslemRamdani].
 
 use super::{About, Data, Drawing, Figure, at_steps};
-use zonobench_lake::error::Error;
-use zonobench_lab::experiment::Experiment;
-use zonobench_verdicts::papers::Paper;
 use crate::source::{FirstRun, Source, Trail};
-use zonobench_lake::digits::four_digits;
 use crate::svg::{self, Axis, Colour, Marker, Panel, Series, ellipse, rectangle};
 use std::collections::BTreeMap;
 use zonobench_estimation::System;
 use zonobench_estimation::system::Variable;
+use zonobench_lab::experiment::Experiment;
+use zonobench_lake::digits::four_digits;
+use zonobench_lake::error::Error;
 use zonobench_sets::ellipsoid::chi_square_isf;
+use zonobench_verdicts::papers::Paper;
 
 pub const ABOUT: About = About {
     folder: "box",

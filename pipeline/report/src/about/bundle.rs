@@ -1,14 +1,14 @@
 //! bundle: Figs. 1 and 2 of [Khajenejad], and all set methods for nonlinear systems on one example.
 
 use super::{About, Data, Drawing, Figure};
-use zonobench_lake::error::Error;
-use zonobench_verdicts::papers::Paper;
 use crate::source::{FirstRun, Source};
-use zonobench_lake::rows::{Score, Set};
-use zonobench_lake::digits::four_digits;
 use crate::svg::{self, Axis, Colour, Marker, Panel, Series};
 use std::collections::BTreeMap;
+use zonobench_lake::digits::four_digits;
+use zonobench_lake::error::Error;
+use zonobench_lake::rows::{Score, Set};
 use zonobench_sets::{ConstrainedZonotope, Matrix};
+use zonobench_verdicts::papers::Paper;
 
 pub const ABOUT: About = About {
     folder: "bundle",

@@ -1,16 +1,16 @@
 //! cz: Figs. 1 to 4 of [Rego2020].
 
 use super::{About, Data, Drawing, Figure};
-use zonobench_lake::error::Error;
-use zonobench_verdicts::papers::Paper;
 use crate::source::{FirstRun, Source};
-use zonobench_lake::rows::Set;
-use zonobench_lake::digits::four_digits;
 use crate::svg::{self, Axis, Colour, Marker, Panel, Series};
 use std::collections::BTreeMap;
 use zonobench_estimation::System as _;
 use zonobench_estimation::systems::Raimondo;
+use zonobench_lake::digits::four_digits;
+use zonobench_lake::error::Error;
+use zonobench_lake::rows::Set;
 use zonobench_sets::{IntervalVector, Zonotope};
+use zonobench_verdicts::papers::Paper;
 
 pub const ABOUT: About = About {
     folder: "cz",

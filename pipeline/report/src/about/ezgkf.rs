@@ -1,12 +1,12 @@
 //! ezgkf: Fig. 1 of [dePaula].
 
 use super::{About, Data, Drawing, Figure};
-use zonobench_lake::error::Error;
-use zonobench_verdicts::papers::Paper;
 use crate::source::{FirstRun, Source};
-use zonobench_lake::digits::four_digits;
 use crate::svg::{self, Axis, Colour, Marker, Panel, Series};
 use std::ops::RangeInclusive;
+use zonobench_lake::digits::four_digits;
+use zonobench_lake::error::Error;
+use zonobench_verdicts::papers::Paper;
 
 pub const ABOUT: About = About {
     folder: "ezgkf",

@@ -1,13 +1,13 @@
 //! inzsmf: Figs. 2 and 3 of [Li], and what its sets and guaranteed ones do under admissible noise.
 
 use super::{About, Data, Drawing, Figure};
-use zonobench_lake::error::Error;
-use zonobench_verdicts::papers::Paper;
 use crate::source::{FirstRun, Source};
-use zonobench_lake::digits::four_digits;
 use crate::svg::{self, Axis, Colour, Panel, Series};
 use std::collections::BTreeMap;
+use zonobench_lake::digits::four_digits;
+use zonobench_lake::error::Error;
 use zonobench_sets::se2::wrap;
+use zonobench_verdicts::papers::Paper;
 
 pub const ABOUT: About = About {
     folder: "inzsmf",

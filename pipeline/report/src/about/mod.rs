@@ -7,10 +7,10 @@ mod ezgkf;
 mod inzsmf;
 mod quadrotor;
 
+use crate::source::{FirstRun, Source};
 use zonobench_lake::error::Error;
 use zonobench_lake::lake;
 use zonobench_verdicts::papers::Paper;
-use crate::source::{FirstRun, Source};
 
 /// The papers that have a page of their own.
 const PAPERS: &[About] = &[

@@ -1,10 +1,10 @@
 //! Figs. 5 to 7 of [Rego2020]: the quadrotor.
 
 use super::{Data, Drawing, Figure};
-use zonobench_lake::error::Error;
 use crate::source::{FirstRun, Source};
-use zonobench_lake::digits::four_digits;
 use crate::svg::{self, Axis, Colour, Panel, Series};
+use zonobench_lake::digits::four_digits;
+use zonobench_lake::error::Error;
 
 /// The experiment that is drawn.
 const FLIGHT: &str = "quadrotor-flight";

@@ -5,9 +5,9 @@ use super::markup::{badge, blocks, class, code, commands, escaped, label, place,
 use super::{Page, heading, link, title};
 use crate::model;
 use crate::source::Held;
-use zonobench_verdicts::verdict::{self, is_as_written};
-use zonobench_lake::rows::Comparison;
 use zonobench_lake::digits::four_digits;
+use zonobench_lake::rows::Comparison;
+use zonobench_verdicts::verdict::{self, is_as_written};
 
 /// The front page.
 pub fn overview(papers: &[&Held], measured: &Measured) -> Page {

@@ -3,12 +3,12 @@
 
 use super::markup::{badge, escaped, place, row, scrolling, table};
 use super::{Page, heading};
-use zonobench_lake::error::Error;
-use zonobench_query::query;
-use zonobench_lake::digits::four_digits;
 use crate::svg::{self, Axis, Colour, Marker, Panel, Series};
 use polars::prelude::{AnyValue, DataFrame, LazyFrame};
 use std::path::Path;
+use zonobench_lake::digits::four_digits;
+use zonobench_lake::error::Error;
+use zonobench_query::query;
 
 /// A table of the lake, the command that makes it, and what it is.
 const TABLES: [(&str, &str, &str); 3] = [

@@ -2,15 +2,16 @@
 
 use super::markup::{badge, code, commands, escaped, label, place, row, scrolling, table};
 use super::{Page, heading};
-use zonobench_lake::error::Error;
-use zonobench_lab::experiment::metric::METRICS;
 use crate::source::{Held, Source};
 use crate::step_times::{Recorded, StepTimes};
-use zonobench_lake::digits::four_digits;
-use zonobench_query::tables;
-use crate::{query, rows};
 use std::collections::BTreeMap;
 use std::path::Path;
+use zonobench_lab::experiment::metric::METRICS;
+use zonobench_lake::digits::four_digits;
+use zonobench_lake::error::Error;
+use zonobench_lake::rows;
+use zonobench_query::query;
+use zonobench_query::tables;
 
 /// How long steps of one estimator of one experiment took in this lake.
 pub struct StepTime {

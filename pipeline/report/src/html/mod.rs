@@ -12,7 +12,6 @@ pub mod markup;
 mod methods;
 mod paper;
 
-use zonobench_lake::error::Error;
 use crate::Recordings;
 use crate::about::{self, Figure};
 use crate::campaign;
@@ -21,6 +20,7 @@ use crate::source::{Held, Source};
 use markup::{escaped, place};
 use serde_json::{Map, Value, json};
 use std::path::Path;
+use zonobench_lake::error::Error;
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");

@@ -6,14 +6,14 @@ use super::markup::{
     badge, blocks, class, code, commands, escaped, inline, label, place, row, scrolling, table,
 };
 use super::{Page, heading};
-use zonobench_lake::error::Error;
-use zonobench_verdicts::papers::Paper;
 use crate::about::{self, Drawing, Figure};
 use crate::model::{self, unit};
 use crate::source::{Held, Source};
-use zonobench_verdicts::verdict::{self, is_as_written};
-use zonobench_lake::rows::{Comparison, Score};
 use zonobench_lake::digits::four_digits;
+use zonobench_lake::error::Error;
+use zonobench_lake::rows::{Comparison, Score};
+use zonobench_verdicts::papers::Paper;
+use zonobench_verdicts::verdict::{self, is_as_written};
 
 /// The page of `held`.
 pub fn page(source: &Source, held: &Held, figures: &[Figure]) -> Result<Page, Error> {
@@ -470,7 +470,8 @@ fn own_experiment(source: &Source, paper: &str, id: &str) -> Result<String, Erro
 
 fn score(s: &Score) -> String {
     let digits = |x: Option<f64>| x.map(four_digits).unwrap_or_default();
-    let name = |n: &Option<zonobench_lake::table::Name>| n.as_deref().map(escaped).unwrap_or_default();
+    let name =
+        |n: &Option<zonobench_lake::table::Name>| n.as_deref().map(escaped).unwrap_or_default();
     let interval = match (s.ci_lo, s.ci_hi) {
         (Some(lo), Some(hi)) => format!("[{}, {}]", four_digits(lo), four_digits(hi)),
         _ => String::new(),
