@@ -2,7 +2,7 @@
 
 use clap::{Args, Parser, Subcommand};
 use rayon::prelude::*;
-use std::io::{ErrorKind, IsTerminal as _, Write as _};
+use std::io::{BufWriter, ErrorKind, IsTerminal as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;

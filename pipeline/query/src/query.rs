@@ -1,7 +1,7 @@
 //! SQL over the lake: every lake table is a table name, with `paper` and `experiment` as columns of text.
 
-pub use crate::sql::{Answer, Format, Value, aligned};
 use crate::sql::{self, Fault, File, Table};
+pub use crate::sql::{Answer, Format, Value, aligned};
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 use zonobench_lake::error::Error;

@@ -111,8 +111,7 @@ impl Answer {
     /// The rows, in order.
     pub fn rows(&self) -> impl Iterator<Item = Vec<Value<'_>>> {
         self.batches.iter().flat_map(|batch| {
-            (0..batch.num_rows())
-                .map(|row| batch.columns().iter().map(|c| value(c, row)).collect())
+            (0..batch.num_rows()).map(|row| batch.columns().iter().map(|c| value(c, row)).collect())
         })
     }
 

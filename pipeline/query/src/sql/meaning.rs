@@ -60,7 +60,9 @@ impl ExprPlanner for Meaning {
             BinaryOperator::Plus if integers => SUM.call(vec![left, right]),
             BinaryOperator::Minus if integers => DIFFERENCE.call(vec![left, right]),
             BinaryOperator::Multiply if integers => PRODUCT.call(vec![left, right]),
-            op if comparison && (may_be_minus_zero(&left, schema) || may_be_minus_zero(&right, schema)) => {
+            op if comparison
+                && (may_be_minus_zero(&left, schema) || may_be_minus_zero(&right, schema)) =>
+            {
                 return Ok(PlannerResult::Original(RawBinaryExpr {
                     op,
                     left: without_minus_zero(left, schema),
@@ -71,7 +73,10 @@ impl ExprPlanner for Meaning {
         }))
     }
 
-    fn plan_aggregate(&self, mut expr: RawAggregateExpr) -> Result<PlannerResult<RawAggregateExpr>> {
+    fn plan_aggregate(
+        &self,
+        mut expr: RawAggregateExpr,
+    ) -> Result<PlannerResult<RawAggregateExpr>> {
         if expr.func.name() == "median" {
             expr.args = expr
                 .args
@@ -96,8 +101,10 @@ impl ExprPlanner for Meaning {
 
 /// A float that is computed: those of tables and statements are no −0.
 fn may_be_minus_zero(expr: &Expr, schema: &DFSchema) -> bool {
-    !matches!(expr, Expr::Column(_) | Expr::OuterReferenceColumn(..) | Expr::Literal(..))
-        && expr.get_type(schema).is_ok_and(|t| t.is_floating())
+    !matches!(
+        expr,
+        Expr::Column(_) | Expr::OuterReferenceColumn(..) | Expr::Literal(..)
+    ) && expr.get_type(schema).is_ok_and(|t| t.is_floating())
 }
 
 fn without_minus_zero(expr: Expr, schema: &DFSchema) -> Expr {
@@ -249,7 +256,18 @@ pub(crate) fn rounded_cast(expr: &mut ast::Expr) {
     use ast::DataType as T;
     if let ast::Expr::Cast {
         expr: inner,
-        data_type: T::TinyInt(_) | T::SmallInt(_) | T::Int(_) | T::Integer(_) | T::BigInt(_) | T::Int8(_) | T::Int2(_) | T::Int4(_) | T::Int64 | T::Int32 | T::Int16,
+        data_type:
+            T::TinyInt(_)
+            | T::SmallInt(_)
+            | T::Int(_)
+            | T::Integer(_)
+            | T::BigInt(_)
+            | T::Int8(_)
+            | T::Int2(_)
+            | T::Int4(_)
+            | T::Int64
+            | T::Int32
+            | T::Int16,
         ..
     } = expr
     {
@@ -278,7 +296,9 @@ fn is_decimal(expr: &ast::Expr) -> bool {
 fn call(name: &str, argument: ast::Expr) -> ast::Expr {
     let list = ast::FunctionArgumentList {
         duplicate_treatment: None,
-        args: vec![ast::FunctionArg::Unnamed(ast::FunctionArgExpr::Expr(argument))],
+        args: vec![ast::FunctionArg::Unnamed(ast::FunctionArgExpr::Expr(
+            argument,
+        ))],
         clauses: Vec::new(),
     };
     ast::Expr::Function(ast::Function {
@@ -299,7 +319,8 @@ pub(crate) fn as_written(expr: &ast::Expr) -> String {
     let _: std::ops::ControlFlow<()> = ast::visit_expressions_mut(&mut expr, |e| {
         if let ast::Expr::Cast { expr: inner, .. } = e
             && let ast::Expr::Function(function) = inner.as_ref()
-            && [NEAREST_NAME, NEAREST_OF_DECIMALS_NAME].contains(&function.name.to_string().as_str())
+            && [NEAREST_NAME, NEAREST_OF_DECIMALS_NAME]
+                .contains(&function.name.to_string().as_str())
             && let ast::FunctionArguments::List(list) = &function.args
             && let Some(ast::FunctionArg::Unnamed(ast::FunctionArgExpr::Expr(argument))) =
                 list.args.first()

@@ -15,12 +15,16 @@ use datafusion::execution::{SendableRecordBatchStream, TaskContext};
 use datafusion::physical_expr::{EquivalenceProperties, PhysicalExpr};
 use datafusion::physical_optimizer::PhysicalOptimizerRule;
 use datafusion::physical_plan::aggregates::{AggregateExec, AggregateMode};
+use datafusion::physical_plan::coalesce_partitions::CoalescePartitionsExec;
 use datafusion::physical_plan::coop::CooperativeExec;
 use datafusion::physical_plan::execution_plan::{
     Boundedness, ChildrenPropertiesMode, EmissionType, ReplaceChildrenOptions,
 };
 use datafusion::physical_plan::filter::FilterExec;
+use datafusion::physical_plan::limit::GlobalLimitExec;
 use datafusion::physical_plan::projection::ProjectionExec;
+use datafusion::physical_plan::repartition::RepartitionExec;
+use datafusion::physical_plan::sorts::sort_preserving_merge::SortPreservingMergeExec;
 use datafusion::physical_plan::stream::RecordBatchStreamAdapter;
 use datafusion::physical_plan::{
     DisplayAs, DisplayFormatType, ExecutionPlan, ExecutionPlanProperties, Partitioning,
@@ -68,6 +72,7 @@ impl PhysicalOptimizerRule for InShares {
         plan: Arc<dyn ExecutionPlan>,
         _: &ConfigOptions,
     ) -> Result<Arc<dyn ExecutionPlan>> {
+        let plan = plan.transform_up(in_order).data()?;
         plan.transform_down(|plan| match plan.downcast_ref::<AggregateExec>() {
             Some(aggregate) => Ok(match cut(aggregate)? {
                 Some(cut) => Transformed::new(cut, true, TreeNodeRecursion::Jump),
@@ -85,6 +90,30 @@ impl PhysicalOptimizerRule for InShares {
     fn schema_check(&self) -> bool {
         true
     }
+}
+
+/// What takes batches from several streams as they come, made to take them in order.
+fn in_order(plan: Arc<dyn ExecutionPlan>) -> Result<Transformed<Arc<dyn ExecutionPlan>>> {
+    if let Some(merge) = plan.downcast_ref::<CoalescePartitionsExec>() {
+        let ordered = InOrderExec::one_by_one(Arc::clone(merge.input()));
+        let ordered: Arc<dyn ExecutionPlan> = match merge.fetch() {
+            Some(n) => Arc::new(GlobalLimitExec::new(Arc::new(ordered), 0, Some(n))),
+            None => Arc::new(ordered),
+        };
+        return Ok(Transformed::yes(ordered));
+    }
+    if let Some(merge) = plan.downcast_ref::<RepartitionExec>()
+        && merge.partitioning().partition_count() == 1
+        && !merge.preserve_order()
+    {
+        let ordered = InOrderExec::one_by_one(Arc::clone(merge.input()));
+        return Ok(Transformed::yes(Arc::new(ordered)));
+    }
+    if let Some(merge) = plan.downcast_ref::<SortPreservingMergeExec>() {
+        let first = merge.clone().with_round_robin_repartition(false);
+        return Ok(Transformed::yes(Arc::new(first)));
+    }
+    Ok(Transformed::no(plan))
 }
 
 /// The aggregate in two steps, if it can be had in two.
@@ -118,7 +147,7 @@ fn cut(aggregate: &AggregateExec) -> Result<Option<Arc<dyn ExecutionPlan>>> {
         groups,
         aggregates,
         filters,
-        Arc::new(InOrderExec::new(Arc::new(partial))),
+        Arc::new(InOrderExec::at_once(Arc::new(partial))),
         aggregate.input_schema(),
     )?;
     Ok((whole.schema() == aggregate.schema()).then(|| Arc::new(whole) as Arc<dyn ExecutionPlan>))
@@ -128,7 +157,9 @@ fn cut(aggregate: &AggregateExec) -> Result<Option<Arc<dyn ExecutionPlan>>> {
 fn in_shares(plan: &Arc<dyn ExecutionPlan>) -> Result<Option<Arc<dyn ExecutionPlan>>> {
     if let Some(scan) = plan.downcast_ref::<ScanExec>() {
         let shared = (scan.rows() >= WORTH).then(|| scan.in_shares(SHARES));
-        return Ok(shared.flatten().map(|s| Arc::new(s) as Arc<dyn ExecutionPlan>));
+        return Ok(shared
+            .flatten()
+            .map(|s| Arc::new(s) as Arc<dyn ExecutionPlan>));
     }
     let of_rows = plan.is::<ProjectionExec>()
         || plan.is::<CooperativeExec>()
@@ -151,15 +182,25 @@ fn in_shares(plan: &Arc<dyn ExecutionPlan>) -> Result<Option<Arc<dyn ExecutionPl
         .map(Some)
 }
 
-/// All streams of its input at once, given out one after the other.
+/// The streams of its input, given out one after the other.
 #[derive(Debug)]
 struct InOrderExec {
     input: Arc<dyn ExecutionPlan>,
+    /// Whether all of them run from the start, each in a thread.
+    at_once: bool,
     properties: Arc<PlanProperties>,
 }
 
 impl InOrderExec {
-    fn new(input: Arc<dyn ExecutionPlan>) -> Self {
+    fn at_once(input: Arc<dyn ExecutionPlan>) -> Self {
+        Self::new(input, true)
+    }
+
+    fn one_by_one(input: Arc<dyn ExecutionPlan>) -> Self {
+        Self::new(input, false)
+    }
+
+    fn new(input: Arc<dyn ExecutionPlan>, at_once: bool) -> Self {
         let properties = PlanProperties::new(
             EquivalenceProperties::new(input.schema()),
             Partitioning::UnknownPartitioning(1),
@@ -168,6 +209,7 @@ impl InOrderExec {
         );
         Self {
             input,
+            at_once,
             properties: Arc::new(properties),
         }
     }
@@ -204,18 +246,32 @@ impl ExecutionPlan for InOrderExec {
         mut children: Vec<Arc<dyn ExecutionPlan>>,
         _: ReplaceChildrenOptions,
     ) -> Result<Arc<dyn ExecutionPlan>> {
-        Ok(Arc::new(Self::new(children.swap_remove(0))))
+        Ok(Arc::new(Self::new(children.swap_remove(0), self.at_once)))
     }
 
     fn with_new_children(
         self: Arc<Self>,
         mut children: Vec<Arc<dyn ExecutionPlan>>,
     ) -> Result<Arc<dyn ExecutionPlan>> {
-        Ok(Arc::new(Self::new(children.swap_remove(0))))
+        Ok(Arc::new(Self::new(children.swap_remove(0), self.at_once)))
     }
 
     fn execute(&self, _: usize, context: Arc<TaskContext>) -> Result<SendableRecordBatchStream> {
+        let schema = self.schema();
         let shares = self.input.output_partitioning().partition_count();
+        if !self.at_once {
+            let input = Arc::clone(&self.input);
+            let batches = stream::iter(0..shares).flat_map(move |share| {
+                match input.execute(share, Arc::clone(&context)) {
+                    Ok(batches) => batches,
+                    Err(e) => {
+                        let failed = stream::iter([Err(e)]);
+                        Box::pin(RecordBatchStreamAdapter::new(input.schema(), failed))
+                    }
+                }
+            });
+            return Ok(Box::pin(RecordBatchStreamAdapter::new(schema, batches)));
+        }
         let shares = (0..shares)
             .map(|share| {
                 let runtime = RuntimeEnvBuilder::from_runtime_env(&context.runtime_env())
@@ -241,7 +297,6 @@ impl ExecutionPlan for InOrderExec {
                 }
             })
         });
-        let schema = self.schema();
         Ok(Box::pin(RecordBatchStreamAdapter::new(schema, batches)))
     }
 }

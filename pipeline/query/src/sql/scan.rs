@@ -17,7 +17,9 @@ use datafusion::common::tree_node::TreeNodeRecursion;
 use datafusion::common::{DataFusionError, Result, Statistics};
 use datafusion::execution::{SendableRecordBatchStream, TaskContext};
 use datafusion::physical_expr::{EquivalenceProperties, PhysicalExpr};
-use datafusion::physical_plan::execution_plan::{Boundedness, EmissionType, ReplaceChildrenOptions};
+use datafusion::physical_plan::execution_plan::{
+    Boundedness, EmissionType, ReplaceChildrenOptions,
+};
 use datafusion::physical_plan::statistics::StatisticsArgs;
 use datafusion::physical_plan::stream::RecordBatchStreamAdapter;
 use datafusion::physical_plan::{
@@ -25,11 +27,14 @@ use datafusion::physical_plan::{
 };
 use futures_util::stream;
 use parquet::arrow::ProjectionMask;
-use parquet::arrow::arrow_reader::{ArrowReaderMetadata, ParquetRecordBatchReaderBuilder};
+use parquet::arrow::arrow_reader::{
+    ArrowReaderMetadata, ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder,
+};
 use std::collections::VecDeque;
 use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::SystemTime;
 use tokio::sync::mpsc;
 
 /// The most rows in a batch.
@@ -47,6 +52,7 @@ pub(crate) struct Opened {
     pub(crate) path: PathBuf,
     pub(crate) keys: Vec<String>,
     pub(crate) footer: ArrowReaderMetadata,
+    pub(crate) stamp: Stamp,
 }
 
 /// What is read of a table.
@@ -97,91 +103,131 @@ impl Scan {
         let (sender, receiver) = mpsc::channel(AHEAD);
         let scan = Arc::clone(self);
         tokio::task::spawn_blocking(move || {
-            let end = scan.read(part, &mut |batch| {
-                sender.blocking_send(Ok(Some(batch))).is_ok()
-            });
-            // Nobody may be listening any more: then nobody wants to know.
-            let _ = sender.blocking_send(end.map(|()| None));
+            let mut part = match Part::open(scan, part) {
+                Ok(part) => part,
+                Err(e) => {
+                    // Nobody may be listening any more: then nobody wants to know.
+                    let _ = sender.blocking_send(Err(e));
+                    return;
+                }
+            };
+            loop {
+                let batch = part.next();
+                let last = !matches!(batch, Ok(Some(_)));
+                if sender.blocking_send(batch).is_err() || last {
+                    return;
+                }
+            }
         });
         receiver
     }
+}
 
-    /// Gives the batches of a part to `give`, until that has enough.
-    fn read(&self, part: usize, give: &mut dyn FnMut(RecordBatch) -> bool) -> Result<()> {
-        let (index, group) = self.parts[part];
-        let opened = &self.files[index];
-        let rows = self.rows(part);
-        let keys: Vec<Repeated> = self
+/// A row group that is being decoded.
+struct Part {
+    scan: Arc<Scan>,
+    part: usize,
+    /// None where no column of the file is asked for.
+    reader: Option<ParquetRecordBatchReader>,
+    keys: Vec<Repeated>,
+    size: usize,
+    left: usize,
+}
+
+impl Part {
+    fn open(scan: Arc<Scan>, part: usize) -> Result<Self> {
+        let (file, group) = scan.parts[part];
+        let opened = &scan.files[file];
+        let rows = scan.rows(part);
+        let size = (BATCH_BYTES * rows / scan.bytes(part).max(1)).clamp(16, BATCH);
+        let fault = |e: &dyn fmt::Display| file_fault(&opened.path, e);
+        let reader = if scan.file_columns.is_empty() {
+            None
+        } else {
+            let file = std::fs::File::open(&opened.path).map_err(|e| fault(&e))?;
+            if stamp(&file).map_err(|e| fault(&e))? != opened.stamp {
+                return Err(fault(&"was written anew while it was read; ask again"));
+            }
+            let builder =
+                ParquetRecordBatchReaderBuilder::new_with_metadata(file, opened.footer.clone());
+            let wanted = scan.file_columns.iter().copied();
+            let columns = ProjectionMask::roots(builder.parquet_schema(), wanted);
+            let reader = builder
+                .with_projection(columns)
+                .with_row_groups(vec![group])
+                .with_batch_size(size)
+                .build()
+                .map_err(|e| fault(&e))?;
+            Some(reader)
+        };
+        let keys = scan
             .keys
             .iter()
-            .map(|key| Repeated::new(&opened.keys[*key]))
-            .collect();
-        let mut finish = |decoded: Vec<ArrayRef>, n: usize| -> Result<bool> {
-            let mut columns = decoded;
-            columns.extend(keys.iter().map(|key| key.times(n)));
-            let options = RecordBatchOptions::new().with_row_count(Some(n));
-            let batch = RecordBatch::try_new_with_options(
-                Arc::clone(&self.read_schema),
-                columns,
-                &options,
-            )?;
-            let batch = match &self.condition {
-                None => batch,
-                Some(condition) => {
-                    let meets = condition.evaluate(&batch)?.into_array(n)?;
-                    filter_record_batch(&batch, meets.as_boolean())?
-                }
-            };
-            let n = batch.num_rows();
-            let columns = self.output.iter().map(|i| Arc::clone(batch.column(*i)));
-            let options = RecordBatchOptions::new().with_row_count(Some(n));
-            let batch = RecordBatch::try_new_with_options(
-                Arc::clone(&self.schema),
-                columns.collect(),
-                &options,
-            )?;
-            Ok(n == 0 || give(batch))
-        };
-        let size = (BATCH_BYTES * rows / self.bytes(part).max(1)).clamp(16, BATCH);
-        if self.file_columns.is_empty() {
-            let mut left = rows;
-            while left > 0 {
-                let n = left.min(size);
-                if !finish(Vec::new(), n)? {
-                    break;
-                }
-                left -= n;
-            }
-            return Ok(());
-        }
-        let fault = |e: &dyn fmt::Display| file_fault(&opened.path, e);
-        let file = std::fs::File::open(&opened.path).map_err(|e| fault(&e))?;
-        let builder =
-            ParquetRecordBatchReaderBuilder::new_with_metadata(file, opened.footer.clone());
-        let wanted = self.file_columns.iter().copied();
-        let columns = ProjectionMask::roots(builder.parquet_schema(), wanted);
-        let reader = builder
-            .with_projection(columns)
-            .with_row_groups(vec![group])
-            .with_batch_size(size)
-            .build()
-            .map_err(|e| fault(&e))?;
-        let mut read = 0;
-        for batch in reader {
-            let batch = batch.map_err(|e| fault(&e))?;
-            let n = batch.num_rows();
-            read += n;
-            let columns = batch.columns().iter().map(positive_zeros).collect();
-            if !finish(columns, n)? {
-                return Ok(());
-            }
-        }
-        if read == rows {
-            Ok(())
-        } else {
-            Err(fault(&format!("holds {read} of the {rows} rows that its footer speaks of")))
-        }
+            .map(|key| Repeated::new(&opened.keys[*key]));
+        Ok(Self {
+            part,
+            reader,
+            keys: keys.collect(),
+            size,
+            left: rows,
+            scan: Arc::clone(&scan),
+        })
     }
+
+    fn fault(&self, e: impl ToString) -> DataFusionError {
+        let (file, _) = self.scan.parts[self.part];
+        file_fault(&self.scan.files[file].path, e)
+    }
+
+    /// The next batch of rows that meet the condition.
+    fn next(&mut self) -> Result<Option<RecordBatch>> {
+        while self.left > 0 {
+            let decoded = match &mut self.reader {
+                None => Vec::new(),
+                Some(reader) => match reader.next() {
+                    Some(Ok(batch)) => batch.columns().iter().map(positive_zeros).collect(),
+                    Some(Err(e)) => return Err(self.fault(e)),
+                    None => {
+                        let message = "holds fewer rows than its footer speaks of";
+                        return Err(self.fault(message));
+                    }
+                },
+            };
+            let n = decoded
+                .first()
+                .map_or(self.left.min(self.size), |c: &ArrayRef| c.len());
+            self.left = self.left.saturating_sub(n);
+            let batch = self.finish(decoded, n)?;
+            if batch.num_rows() > 0 {
+                return Ok(Some(batch));
+            }
+        }
+        Ok(None)
+    }
+
+    fn finish(&self, mut columns: Vec<ArrayRef>, n: usize) -> Result<RecordBatch> {
+        let scan = &self.scan;
+        columns.extend(self.keys.iter().map(|key| key.times(n)));
+        let batch = |schema: &SchemaRef, columns, n| {
+            let options = RecordBatchOptions::new().with_row_count(Some(n));
+            RecordBatch::try_new_with_options(Arc::clone(schema), columns, &options)
+        };
+        let mut read = batch(&scan.read_schema, columns, n)?;
+        if let Some(condition) = &scan.condition {
+            let meets = condition.evaluate(&read)?.into_array(n)?;
+            read = filter_record_batch(&read, meets.as_boolean())?;
+        }
+        let output = scan.output.iter().map(|i| Arc::clone(read.column(*i)));
+        Ok(batch(&scan.schema, output.collect(), read.num_rows())?)
+    }
+}
+
+/// What changes when a file is written anew.
+pub(crate) type Stamp = (u64, Option<SystemTime>);
+
+pub(crate) fn stamp(file: &std::fs::File) -> std::io::Result<Stamp> {
+    let metadata = file.metadata()?;
+    Ok((metadata.len(), metadata.modified().ok()))
 }
 
 /// −0 as 0: comparisons and groups here tell them apart, SQL does not.
@@ -335,15 +381,25 @@ impl ExecutionPlan for ScanExec {
     }
 
     fn execute(&self, share: usize, _: Arc<TaskContext>) -> Result<SendableRecordBatchStream> {
+        let schema = Arc::clone(&self.scan.schema);
+        if self.shares > 1 {
+            // A share has a thread of its own already.
+            let batches = InPlace {
+                scan: Arc::clone(&self.scan),
+                parts: self.share(share),
+                open: None,
+            };
+            let batches = stream::iter(batches);
+            return Ok(Box::pin(RecordBatchStreamAdapter::new(schema, batches)));
+        }
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         let reading = Reading {
             scan: Arc::clone(&self.scan),
-            ahead: if self.shares == 1 { threads.min(8) } else { 1 },
+            ahead: threads.min(8),
             parts: self.share(share),
             open: VecDeque::new(),
             left: self.scan.limit.unwrap_or(usize::MAX),
         };
-        let schema = Arc::clone(&self.scan.schema);
         let batches = stream::unfold(Some(reading), |reading| async move {
             let mut reading = reading?;
             match reading.next().await {
@@ -381,6 +437,38 @@ impl ExecutionPlan for ScanExec {
             .with_num_rows(rows)
             .with_total_byte_size(Precision::Inexact(bytes));
         Ok(Arc::new(known))
+    }
+}
+
+/// Batches that are decoded where they are asked for.
+struct InPlace {
+    scan: Arc<Scan>,
+    parts: std::ops::Range<usize>,
+    open: Option<Part>,
+}
+
+impl InPlace {
+    fn step(&mut self) -> Result<Option<RecordBatch>> {
+        loop {
+            if let Some(part) = &mut self.open {
+                if let Some(batch) = part.next()? {
+                    return Ok(Some(batch));
+                }
+                self.open = None;
+            }
+            match self.parts.next() {
+                Some(part) => self.open = Some(Part::open(Arc::clone(&self.scan), part)?),
+                None => return Ok(None),
+            }
+        }
+    }
+}
+
+impl Iterator for InPlace {
+    type Item = Result<RecordBatch>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.step().transpose()
     }
 }
 

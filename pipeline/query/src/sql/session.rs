@@ -11,9 +11,7 @@ use crate::sql::table::{Provider, Table};
 use async_trait::async_trait;
 use datafusion::arrow::array::RecordBatch;
 use datafusion::arrow::datatypes::SchemaRef;
-use datafusion::catalog::{
-    CatalogProvider, MemoryCatalogProvider, SchemaProvider, TableProvider,
-};
+use datafusion::catalog::{CatalogProvider, MemoryCatalogProvider, SchemaProvider, TableProvider};
 use datafusion::common::{DataFusionError, TableReference};
 use datafusion::execution::context::{SQLOptions, SessionContext};
 use datafusion::execution::memory_pool::FairSpillPool;
@@ -124,7 +122,10 @@ fn known_tables(
     statement: &datafusion::sql::parser::Statement,
 ) -> Result<(), Fault> {
     let names = names(state);
-    for reference in state.resolve_table_references(statement).map_err(Fault::of)? {
+    for reference in state
+        .resolve_table_references(statement)
+        .map_err(Fault::of)?
+    {
         let known = match &reference {
             TableReference::Bare { table } => names.iter().any(|n| **n == **table),
             TableReference::Partial { schema, table } => {

@@ -180,7 +180,10 @@ mod tests {
             ("SET x = 1", "SET"),
             ("RESET datafusion.execution.batch_size", "RESET"),
             ("SELECT 1 INTO t", "INTO"),
-            ("WITH a AS (SELECT 1) INSERT INTO t SELECT * FROM a", "INSERT"),
+            (
+                "WITH a AS (SELECT 1) INSERT INTO t SELECT * FROM a",
+                "INSERT",
+            ),
             ("EXPLAIN DELETE FROM scores", "DELETE"),
             ("BEGIN", "BEGIN"),
         ] {

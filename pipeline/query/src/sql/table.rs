@@ -2,10 +2,12 @@
 
 use crate::sql::fault::Fault;
 use crate::sql::pruning;
-use crate::sql::scan::{Opened, Scan, ScanExec};
+use crate::sql::scan::{Opened, Scan, ScanExec, Stamp, stamp};
 use async_trait::async_trait;
 use datafusion::arrow::array::cast::AsArray;
-use datafusion::arrow::array::{ArrayRef, BooleanArray, RecordBatch, RecordBatchOptions, StringViewArray};
+use datafusion::arrow::array::{
+    ArrayRef, BooleanArray, RecordBatch, RecordBatchOptions, StringViewArray,
+};
 use datafusion::arrow::datatypes::{DataType, Field, Schema, SchemaRef};
 use datafusion::catalog::{Session, TableProvider};
 use datafusion::common::{DFSchema, DataFusionError, Result};
@@ -54,7 +56,7 @@ impl Provider {
                 table.name
             )));
         };
-        let footer = footer(&first.path)?;
+        let (footer, _) = footer(&first.path)?;
         let keys = table
             .keys
             .iter()
@@ -77,10 +79,9 @@ impl Provider {
                 Some(key) => Arc::new(StringViewArray::from_iter_values(
                     self.table.files.iter().map(|file| &file.keys[key]),
                 )),
-                None => datafusion::arrow::array::new_null_array(
-                    self.schema.field(i).data_type(),
-                    n,
-                ),
+                None => {
+                    datafusion::arrow::array::new_null_array(self.schema.field(i).data_type(), n)
+                }
             });
         }
         // The files' own columns are not looked at, so that it does not matter that they hold nothing here.
@@ -163,7 +164,7 @@ impl TableProvider for Provider {
         let mut opened = Vec::new();
         let mut parts = Vec::new();
         for file in self.files_that_meet(&of_keys)? {
-            let footer = footer(&file.path)?;
+            let (footer, stamp) = footer(&file.path)?;
             self.same_columns(&file.path, footer.schema())?;
             let kept = match &condition {
                 Some(condition) => pruning::row_groups(condition, &self.schema, &footer),
@@ -175,6 +176,7 @@ impl TableProvider for Provider {
                 path: file.path.clone(),
                 keys: file.keys.clone(),
                 footer,
+                stamp,
             });
         }
         let place = |i: &usize| read.binary_search(i).expect("all that is given is read");
@@ -245,7 +247,7 @@ pub(crate) fn file_fault(path: &Path, message: impl ToString) -> DataFusionError
 }
 
 /// The footer of a file, whose texts are to be read as views into its pages.
-fn footer(path: &Path) -> Result<ArrowReaderMetadata> {
+fn footer(path: &Path) -> Result<(ArrowReaderMetadata, Stamp)> {
     let file = std::fs::File::open(path).map_err(|e| file_fault(path, e))?;
     let stored = ArrowReaderMetadata::load(&file, ArrowReaderOptions::new())
         .map_err(|e| file_fault(path, e))?;
@@ -262,6 +264,8 @@ fn footer(path: &Path) -> Result<ArrowReaderMetadata> {
         })
         .collect();
     let options = ArrowReaderOptions::new().with_schema(Arc::new(Schema::new(fields)));
-    ArrowReaderMetadata::try_new(Arc::clone(stored.metadata()), options)
-        .map_err(|e| file_fault(path, e))
+    let footer = ArrowReaderMetadata::try_new(Arc::clone(stored.metadata()), options)
+        .map_err(|e| file_fault(path, e))?;
+    let stamp = stamp(&file).map_err(|e| file_fault(path, e))?;
+    Ok((footer, stamp))
 }
