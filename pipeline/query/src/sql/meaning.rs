@@ -6,16 +6,17 @@
 
 use datafusion::arrow::array::cast::AsArray;
 use datafusion::arrow::array::{Array, ArrayRef, PrimitiveArray};
+use datafusion::arrow::compute::CastOptions;
 use datafusion::arrow::compute::kernels::numeric;
 use datafusion::arrow::datatypes::{DataType, Float64Type};
 use datafusion::common::{DFSchema, Result, ScalarValue};
-use datafusion::logical_expr::expr::ScalarFunction;
+use datafusion::logical_expr::expr::{AggregateFunction, WindowFunction, WindowFunctionParams};
 use datafusion::logical_expr::planner::{
     ExprPlanner, PlannerResult, RawAggregateExpr, RawBinaryExpr, RawWindowExpr,
 };
 use datafusion::logical_expr::{
     BinaryExpr, ColumnarValue, Expr, ExprSchemable, Operator, ScalarFunctionArgs, ScalarUDF,
-    ScalarUDFImpl, Signature, Volatility, cast, lit,
+    ScalarUDFImpl, Signature, Volatility, cast,
 };
 use datafusion::physical_expr_common::datum::apply;
 use datafusion::sql::sqlparser::ast::{self, BinaryOperator};
@@ -49,17 +50,18 @@ impl ExprPlanner for Meaning {
         let binary = |left, op, right| {
             Expr::BinaryExpr(BinaryExpr::new(Box::new(left), op, Box::new(right)))
         };
+        let whole = |left, right| vec![cast(left, DataType::Int64), cast(right, DataType::Int64)];
         Ok(PlannerResult::Planned(match op {
             BinaryOperator::Divide if integers => binary(
                 cast(left, DataType::Float64),
                 Operator::Divide,
                 cast(right, DataType::Float64),
             ),
-            BinaryOperator::DuckIntegerDivide if integers => QUOTIENT.call(vec![left, right]),
-            BinaryOperator::Modulo if integers => REMAINDER.call(vec![left, right]),
-            BinaryOperator::Plus if integers => SUM.call(vec![left, right]),
-            BinaryOperator::Minus if integers => DIFFERENCE.call(vec![left, right]),
-            BinaryOperator::Multiply if integers => PRODUCT.call(vec![left, right]),
+            BinaryOperator::DuckIntegerDivide if integers => QUOTIENT.call(whole(left, right)),
+            BinaryOperator::Modulo if integers => REMAINDER.call(whole(left, right)),
+            BinaryOperator::Plus if integers => SUM.call(whole(left, right)),
+            BinaryOperator::Minus if integers => DIFFERENCE.call(whole(left, right)),
+            BinaryOperator::Multiply if integers => PRODUCT.call(whole(left, right)),
             op if comparison
                 && (may_be_minus_zero(&left, schema) || may_be_minus_zero(&right, schema)) =>
             {
@@ -77,26 +79,58 @@ impl ExprPlanner for Meaning {
         &self,
         mut expr: RawAggregateExpr,
     ) -> Result<PlannerResult<RawAggregateExpr>> {
-        if expr.func.name() == "median" {
-            expr.args = expr
-                .args
-                .into_iter()
-                .map(|x| cast(x, DataType::Float64))
-                .collect();
+        match expr.func.name() {
+            "median" => expr.args = as_floats(expr.args),
+            "sum" => {
+                let sum = AggregateFunction::new_udf(
+                    expr.func,
+                    widened(expr.args),
+                    expr.distinct,
+                    expr.filter,
+                    expr.order_by,
+                    expr.null_treatment,
+                );
+                let sum = Expr::AggregateFunction(sum);
+                return Ok(PlannerResult::Planned(NARROW.call(vec![sum])));
+            }
+            _ => {}
         }
         Ok(PlannerResult::Original(expr))
     }
 
     fn plan_window(&self, mut expr: RawWindowExpr) -> Result<PlannerResult<RawWindowExpr>> {
-        if expr.func_def.name() == "median" {
-            expr.args = expr
-                .args
-                .into_iter()
-                .map(|x| cast(x, DataType::Float64))
-                .collect();
+        match expr.func_def.name() {
+            "median" => expr.args = as_floats(expr.args),
+            "sum" => {
+                let sum = WindowFunction {
+                    fun: expr.func_def,
+                    params: WindowFunctionParams {
+                        args: widened(expr.args),
+                        partition_by: expr.partition_by,
+                        order_by: expr.order_by,
+                        window_frame: expr.window_frame,
+                        filter: expr.filter,
+                        null_treatment: expr.null_treatment,
+                        distinct: expr.distinct,
+                    },
+                };
+                let sum = Expr::WindowFunction(Box::new(sum));
+                return Ok(PlannerResult::Planned(NARROW.call(vec![sum])));
+            }
+            _ => {}
         }
         Ok(PlannerResult::Original(expr))
     }
+}
+
+fn as_floats(args: Vec<Expr>) -> Vec<Expr> {
+    args.into_iter()
+        .map(|x| cast(x, DataType::Float64))
+        .collect()
+}
+
+fn widened(args: Vec<Expr>) -> Vec<Expr> {
+    args.into_iter().map(|x| WIDE.call(vec![x])).collect()
 }
 
 /// A float that is computed: those of tables and statements are no −0.
@@ -128,6 +162,9 @@ static NEAREST: LazyLock<ScalarUDF> =
     LazyLock::new(|| OfFloats::udf(NEAREST_NAME, f64::round_ties_even));
 static NEAREST_OF_DECIMALS: LazyLock<ScalarUDF> =
     LazyLock::new(|| OfFloats::udf(NEAREST_OF_DECIMALS_NAME, f64::round));
+
+static WIDE: LazyLock<ScalarUDF> = LazyLock::new(|| Width::udf("wide", true));
+static NARROW: LazyLock<ScalarUDF> = LazyLock::new(|| Width::udf("narrow", false));
 
 /// Of two that are as near, the even one.
 const NEAREST_NAME: &str = "nearest_integer";
@@ -193,6 +230,65 @@ impl ScalarUDFImpl for Checked {
             "*" => apply(left, right, numeric::mul),
             "//" => apply(left, right, numeric::div),
             _ => apply(left, right, numeric::rem),
+        }
+    }
+}
+
+/// Integers of 128 bits, in which sums cannot wrap.
+const LONG: DataType = DataType::Decimal128(38, 0);
+
+/// From integers to 128 bits, or back if they fit into 64; all else stays as it is.
+#[derive(Debug, PartialEq, Eq, Hash)]
+struct Width {
+    name: &'static str,
+    wider: bool,
+    signature: Signature,
+}
+
+impl Width {
+    fn udf(name: &'static str, wider: bool) -> ScalarUDF {
+        ScalarUDF::from(Self {
+            name,
+            wider,
+            signature: Signature::any(1, Volatility::Immutable),
+        })
+    }
+}
+
+impl ScalarUDFImpl for Width {
+    fn name(&self) -> &str {
+        self.name
+    }
+
+    fn display_name(&self, args: &[Expr]) -> Result<String> {
+        Ok(args[0].to_string())
+    }
+
+    fn schema_name(&self, args: &[Expr]) -> Result<String> {
+        Ok(args[0].schema_name().to_string())
+    }
+
+    fn signature(&self) -> &Signature {
+        &self.signature
+    }
+
+    fn return_type(&self, args: &[DataType]) -> Result<DataType> {
+        Ok(match (&args[0], self.wider) {
+            (t, true) if t.is_integer() => LONG,
+            (t, false) if *t == LONG => DataType::Int64,
+            (t, _) => t.clone(),
+        })
+    }
+
+    fn invoke_with_args(&self, args: ScalarFunctionArgs) -> Result<ColumnarValue> {
+        let to = args.return_type();
+        let checked = CastOptions {
+            safe: false,
+            ..CastOptions::default()
+        };
+        match &args.args[0] {
+            value if value.data_type() == *to => Ok(value.clone()),
+            value => value.cast_to(to, Some(&checked)),
         }
     }
 }

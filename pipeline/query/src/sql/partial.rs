@@ -72,7 +72,10 @@ impl PhysicalOptimizerRule for InShares {
         plan: Arc<dyn ExecutionPlan>,
         _: &ConfigOptions,
     ) -> Result<Arc<dyn ExecutionPlan>> {
-        let plan = plan.transform_up(in_order).data()?;
+        let mut plan = plan.transform_up(in_order).data()?;
+        if plan.output_partitioning().partition_count() > 1 {
+            plan = Arc::new(InOrderExec::one_by_one(plan));
+        }
         plan.transform_down(|plan| match plan.downcast_ref::<AggregateExec>() {
             Some(aggregate) => Ok(match cut(aggregate)? {
                 Some(cut) => Transformed::new(cut, true, TreeNodeRecursion::Jump),

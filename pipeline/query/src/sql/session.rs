@@ -13,7 +13,7 @@ use datafusion::arrow::array::RecordBatch;
 use datafusion::arrow::datatypes::SchemaRef;
 use datafusion::catalog::{CatalogProvider, MemoryCatalogProvider, SchemaProvider, TableProvider};
 use datafusion::common::{DataFusionError, TableReference};
-use datafusion::execution::context::{SQLOptions, SessionContext};
+use datafusion::execution::context::SQLOptions;
 use datafusion::execution::memory_pool::FairSpillPool;
 use datafusion::execution::runtime_env::RuntimeEnvBuilder;
 use datafusion::execution::session_state::{SessionState, SessionStateBuilder};
@@ -181,7 +181,7 @@ fn state(tables: Vec<Table>) -> Result<SessionState, Fault> {
     state
         .catalog_list()
         .register_catalog(CATALOG.to_owned(), Arc::new(catalog));
-    Ok(SessionContext::new_with_state(state).state())
+    Ok(state)
 }
 
 /// The tables by name. The columns of one are read when a statement asks for it.
