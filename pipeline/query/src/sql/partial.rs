@@ -280,7 +280,16 @@ impl ExecutionPlan for InOrderExec {
                 let runtime = RuntimeEnvBuilder::from_runtime_env(&context.runtime_env())
                     .with_memory_pool(Arc::new(GreedyMemoryPool::new(MEMORY)))
                     .build_arc()?;
-                let context = context.as_ref().clone().with_runtime(runtime);
+                let context = TaskContext::new(
+                    context.task_id(),
+                    context.session_id(),
+                    context.session_config().clone(),
+                    context.scalar_functions().clone(),
+                    context.higher_order_functions().clone(),
+                    context.aggregate_functions().clone(),
+                    context.window_functions().clone(),
+                    runtime,
+                );
                 self.input
                     .execute(share, Arc::new(context))
                     .map(in_a_thread)

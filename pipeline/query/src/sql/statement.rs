@@ -4,7 +4,7 @@ use crate::sql::fault::Fault;
 use crate::sql::meaning;
 use datafusion::sql::parser::{DFParserBuilder, Statement};
 use datafusion::sql::sqlparser::ast::{
-    self, Expr, Ident, Query, SelectItem, SetExpr, visit_expressions_mut, visit_relations,
+    self, Expr, Ident, Query, SelectItem, SetExpr, visit_expressions_mut,
 };
 use datafusion::sql::sqlparser::dialect::DuckDbDialect;
 use std::ops::ControlFlow;
@@ -143,18 +143,6 @@ fn name_columns(body: &mut SetExpr) {
             };
         }
     }
-}
-
-/// The first name of a relation, other than one of `known` and of the statement's own, for a message.
-pub(crate) fn relations(statement: &Statement) -> Vec<String> {
-    let mut names = Vec::new();
-    if let Statement::Statement(inner) = statement {
-        let _: ControlFlow<()> = visit_relations(inner, |name| {
-            names.push(name.to_string());
-            ControlFlow::Continue(())
-        });
-    }
-    names
 }
 
 #[cfg(test)]
