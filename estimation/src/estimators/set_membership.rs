@@ -90,8 +90,12 @@ impl Model {
         if problem.system.n_delta() > 0 {
             return Err(unsupported("it knows no parameters δ"));
         }
-        let (c, d_v) = match problem.system.quasi_lpv() {
-            Some(form) => (form.output_matrix(), Matrix::identity(n_y)),
+        let known = match problem.system.quasi_lpv() {
+            Some(form) => Some((form.output_matrix(), Matrix::identity(n_y))),
+            None => problem.system.linear_output(),
+        };
+        let (c, d_v) = match known {
+            Some(known) => known,
             None => {
                 let output = Output {
                     system: &problem.system,
