@@ -107,10 +107,11 @@ impl Model {
                 };
                 // A linear function has the same derivative over any box: points, not intervals.
                 let anywhere = IntervalVector::new(List::filled(Interval::UNIT, n + n_v));
-                let (_, j) = jacobian_over(&output, &anywhere)
-                    .map_err(EstimationError::at(0, "measurement equation"))?;
+                // One that is not defined everywhere is not linear either.
+                let nonlinear = || unsupported("it needs a measurement linear in x and v");
+                let (_, j) = jacobian_over(&output, &anywhere).map_err(|_| nonlinear())?;
                 if j.as_slice().iter().any(|e| !e.is_point()) {
-                    return Err(unsupported("it needs a measurement linear in x and v"));
+                    return Err(nonlinear());
                 }
                 let columns = |from: usize, to: usize| {
                     j.select_columns(&(from..to).collect::<List<_>>()).mid()
