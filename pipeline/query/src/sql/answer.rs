@@ -75,7 +75,7 @@ fn shortest(x: f64) -> String {
         };
     }
     let text = serde_json::Value::from(x).to_string();
-    text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
+    text.strip_suffix(".0").unwrap_or(&text).replace("e+", "e")
 }
 
 /// Rows with named columns.

@@ -157,11 +157,11 @@ static PRODUCT: LazyLock<ScalarUDF> = LazyLock::new(|| Checked::udf("product of 
 static QUOTIENT: LazyLock<ScalarUDF> = LazyLock::new(|| Checked::udf("whole quotient", "//"));
 static REMAINDER: LazyLock<ScalarUDF> = LazyLock::new(|| Checked::udf("remainder", "%"));
 static POSITIVE_ZERO: LazyLock<ScalarUDF> =
-    LazyLock::new(|| OfFloats::udf("positive_zero", |x| x + 0.0));
+    LazyLock::new(|| OfFloats::udf("positive_zero", Rounding::None));
 static NEAREST: LazyLock<ScalarUDF> =
-    LazyLock::new(|| OfFloats::udf(NEAREST_NAME, f64::round_ties_even));
+    LazyLock::new(|| OfFloats::udf(NEAREST_NAME, Rounding::TiesToEven));
 static NEAREST_OF_DECIMALS: LazyLock<ScalarUDF> =
-    LazyLock::new(|| OfFloats::udf(NEAREST_OF_DECIMALS_NAME, f64::round));
+    LazyLock::new(|| OfFloats::udf(NEAREST_OF_DECIMALS_NAME, Rounding::TiesAway));
 
 static WIDE: LazyLock<ScalarUDF> = LazyLock::new(|| Width::udf("wide", true));
 static NARROW: LazyLock<ScalarUDF> = LazyLock::new(|| Width::udf("narrow", false));
@@ -293,20 +293,39 @@ impl ScalarUDFImpl for Width {
     }
 }
 
+/// What a function of floats does to a number.
+#[derive(Debug, PartialEq, Eq, Hash)]
+enum Rounding {
+    /// Nothing but −0 to 0
+    None,
+    TiesToEven,
+    TiesAway,
+}
+
+impl Rounding {
+    fn of(&self, x: f64) -> f64 {
+        match self {
+            Self::None => x + 0.0,
+            Self::TiesToEven => x.round_ties_even(),
+            Self::TiesAway => x.round(),
+        }
+    }
+}
+
 /// A function of floats that leaves all else as it is.
 #[derive(Debug, PartialEq, Eq, Hash)]
 struct OfFloats {
     name: &'static str,
     signature: Signature,
-    function: fn(f64) -> f64,
+    rounding: Rounding,
 }
 
 impl OfFloats {
-    fn udf(name: &'static str, function: fn(f64) -> f64) -> ScalarUDF {
+    fn udf(name: &'static str, rounding: Rounding) -> ScalarUDF {
         ScalarUDF::from(Self {
             name,
             signature: Signature::any(1, Volatility::Immutable),
-            function,
+            rounding,
         })
     }
 }
@@ -335,11 +354,11 @@ impl ScalarUDFImpl for OfFloats {
     fn invoke_with_args(&self, args: ScalarFunctionArgs) -> Result<ColumnarValue> {
         Ok(match &args.args[0] {
             ColumnarValue::Scalar(ScalarValue::Float64(Some(x))) => {
-                ColumnarValue::Scalar(ScalarValue::Float64(Some((self.function)(*x))))
+                ColumnarValue::Scalar(ScalarValue::Float64(Some(self.rounding.of(*x))))
             }
             ColumnarValue::Array(array) if *array.data_type() == DataType::Float64 => {
                 let floats = array.as_primitive::<Float64Type>();
-                let result: PrimitiveArray<Float64Type> = floats.unary(self.function);
+                let result: PrimitiveArray<Float64Type> = floats.unary(|x| self.rounding.of(x));
                 ColumnarValue::Array(Arc::new(result) as ArrayRef)
             }
             other => other.clone(),

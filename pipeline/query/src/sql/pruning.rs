@@ -5,7 +5,7 @@ use datafusion::arrow::datatypes::{Schema, SchemaRef};
 use datafusion::common::pruning::PruningStatistics;
 use datafusion::common::{Column, ScalarValue};
 use datafusion::physical_expr::PhysicalExpr;
-use datafusion::physical_optimizer::pruning::PruningPredicate;
+use datafusion::physical_optimizer::pruning::PruningPredicateBuilder;
 use parquet::arrow::arrow_reader::ArrowReaderMetadata;
 use parquet::arrow::arrow_reader::statistics::StatisticsConverter;
 use std::collections::HashSet;
@@ -19,7 +19,10 @@ pub(crate) fn row_groups(
 ) -> Vec<bool> {
     let n = footer.metadata().num_row_groups();
     let all = vec![true; n];
-    let Ok(predicate) = PruningPredicate::try_new(Arc::clone(condition), Arc::clone(schema)) else {
+    let built = PruningPredicateBuilder::new()
+        .with_file_schema(Arc::clone(schema))
+        .build(Arc::clone(condition));
+    let Some(predicate) = built else {
         return all;
     };
     let kept = predicate.prune(&Footer {
