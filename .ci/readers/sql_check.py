@@ -21,6 +21,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import duckdb
@@ -331,7 +332,7 @@ class Grammar:
             "ASCII('A')", "'a_c' LIKE 'a_c'", "'abc' LIKE 'a_c'", "'ABC' ILIKE 'a%'", "'abc' NOT LIKE '%d%'", "1 <> 2", "1 != 2",
             "1 / 0", "1 % 0", "1.0 / 0.0", "0 = -0.0", "CAST('inf' AS DOUBLE) > 1e308", "CAST('nan' AS DOUBLE) = CAST('nan' AS DOUBLE)",
             "1 IS DISTINCT FROM NULL", "NULL IS NOT DISTINCT FROM NULL", "[1, 2, 3]", "[1, 2, 3][2]", "ARRAY_LENGTH([1, 2, 3])",
-            "INTERVAL '1' DAY", "DATE '2000-01-01'", "0x1F", "1_000", "$1", "PI()",
+            "DATE '2000-01-01'", "PI()",
         ]
         at = 0
         while at < len(forms):
@@ -527,6 +528,11 @@ class Grammar:
             "SELECT paper, estimator, AVG(upper - lower) AS w FROM estimates WHERE upper - lower < 1e9 GROUP BY paper, estimator",
             "SELECT k, k FROM truth WHERE paper = 'box' AND run = 0",
             "SELECT t.k, m.k FROM truth t JOIN measurements m USING (paper, experiment, run) WHERE t.k <= 1 AND m.k <= 1 AND run = 0",
+            "SELECT paper, COUNT(*) AS n, COUNT(c.claim) AS a FROM (SELECT * FROM claims WHERE paper < 'c') c FULL JOIN (SELECT * FROM published WHERE paper > 'b') p USING (paper) GROUP BY paper",
+            "SELECT paper, estimator, kind, mean FROM (SELECT * FROM estimators WHERE kind = 'kalman') e RIGHT JOIN scores s USING (paper, experiment, estimator) WHERE paper <> 'cz'",
+            "SELECT * FROM (SELECT DISTINCT paper, estimator FROM scores) s LEFT JOIN (SELECT DISTINCT paper, unit FROM published) p USING (paper)",
+            "SELECT paper, COUNT(*) AS n FROM estimators NATURAL JOIN (SELECT DISTINCT paper, experiment, estimator FROM scores WHERE mean > 1) s GROUP BY paper",
+            "SELECT paper, a.n, b.n, c.n FROM (SELECT paper, COUNT(*) AS n FROM claims GROUP BY paper) a FULL JOIN (SELECT paper, COUNT(*) AS n FROM complexity GROUP BY paper) b USING (paper) FULL JOIN (SELECT paper, COUNT(*) AS n FROM scores GROUP BY paper) c USING (paper) ORDER BY paper",
         ]
 
     def statements(self):
@@ -559,12 +565,15 @@ def ask(program, lake, sql, form="json"):
 
 def check_statements(program, lake, db, columns, verbose):
     tally, wrong, refused = Counter(), [], []
-    for family, sql in Grammar(db, columns).statements():
+    statements = list(Grammar(db, columns).statements())
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        answers = pool.map(lambda statement: ask(program, lake, statement[1]), statements)
+        asked = list(zip(statements, answers))
+    for (family, sql), (code, out, err, _, _) in asked:
         try:
             theirs = [list(map(plain, row)) for row in db.execute(sql).fetchall()]
         except duckdb.Error as error:
             theirs = error
-        code, out, err, _, _ = ask(program, lake, sql)
         if code not in (0, 2):
             wrong.append((family, sql, f"exit code {code}: {err.strip()[-300:]}"))
             tally["wrong"] += 1

@@ -68,16 +68,16 @@ impl<'a> Printer<'a> {
                     self.record(texts.iter().map(|t| t.as_bytes()))?;
                 }
                 Format::Json => {
-                    let object: serde_json::Map<String, serde_json::Value> = self
-                        .columns
-                        .iter()
-                        .zip(&row)
-                        .map(|(name, value)| (name.clone(), value.json()))
-                        .collect();
-                    let text = serde_json::to_string_pretty(&object)?;
-                    let comma = if self.rows == 0 { "" } else { "," };
-                    let indented = text.replace('\n', "\n  ");
-                    write!(self.out, "{comma}\n  {indented}")?;
+                    let mut text = if self.rows == 0 { "\n  {" } else { ",\n  {" }.to_owned();
+                    for (i, (name, value)) in self.columns.iter().zip(&row).enumerate() {
+                        let value = serde_json::to_string_pretty(&value.json())?;
+                        text += if i == 0 { "\n    " } else { ",\n    " };
+                        text += &serde_json::to_string(name)?;
+                        text += ": ";
+                        text += &value.replace('\n', "\n    ");
+                    }
+                    text += "\n  }";
+                    self.out.write_all(text.as_bytes())?;
                 }
             }
             self.rows += 1;
@@ -124,28 +124,20 @@ pub fn aligned(header: &[String], rows: impl Iterator<Item = Vec<String>>) -> St
 
 /// Rows aligned to at least `widths`, which become those of this block.
 fn block(header: Option<&[String]>, rows: Vec<Vec<String>>, widths: &mut Vec<u16>) -> String {
-    use comfy_table::{ColumnConstraint, Table, Width};
-    let mut table = Table::new();
+    let mut table = comfy_table::Table::new();
     table.load_style(comfy_table::presets::NOTHING);
-    if let Some(header) = header {
-        table.set_header(header.iter().map(String::as_str));
-    }
+    match header {
+        Some(header) => table.set_header(header),
+        // A line as wide as the blocks before it, which is not shown.
+        None => table.set_header(widths.iter().map(|w| "·".repeat((*w).into()))),
+    };
     for row in rows {
         table.add_row(row);
     }
-    for (column, width) in table.column_iter_mut().zip(widths.iter()) {
-        // The width of a column counts the space at its sides.
-        column.set_constraint(ColumnConstraint::LowerBoundary(Width::Fixed(width + 2)));
-    }
-    let content = table.column_max_content_widths();
-    let before = std::mem::take(widths);
-    *widths = content
-        .iter()
-        .enumerate()
-        .map(|(i, w)| (*w).max(before.get(i).copied().unwrap_or(0)))
-        .collect();
+    *widths = table.column_max_content_widths();
     table
         .lines()
+        .skip(usize::from(header.is_none()))
         .map(|line| line.trim_end().to_owned() + "\n")
         .collect()
 }
@@ -161,7 +153,7 @@ mod tests {
         let header = ["a".to_owned(), "b".to_owned()];
         let first = block(Some(&header), rows(["long text", "x"]), &mut widths);
         let second = block(None, rows(["t", "y"]), &mut widths);
-        let place = |text: &str, of: &str| text.lines().last().unwrap().find(of);
+        let place = |text: &str, of: &str| text.lines().last().unwrap().rfind(of);
         assert_eq!(place(&first, "x"), place(&second, "y"), "{first}{second}");
     }
 }

@@ -176,6 +176,12 @@ pub(crate) fn functions() -> Vec<Arc<ScalarUDF>> {
     vec![
         Arc::new(NEAREST.clone()),
         Arc::new(NEAREST_OF_DECIMALS.clone()),
+        Arc::new(
+            datafusion::functions::math::signum()
+                .as_ref()
+                .clone()
+                .with_aliases(["sign"]),
+        ),
     ]
 }
 

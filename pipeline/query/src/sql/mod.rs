@@ -6,8 +6,10 @@
 //! answer is DuckDB's: another reader of the same files gives the same rows.
 
 mod answer;
+mod dialect;
 mod fault;
 mod format;
+mod joins;
 mod meaning;
 mod partial;
 mod pruning;

@@ -1,12 +1,12 @@
 //! From text to one statement that only reads.
 
+use crate::sql::dialect::Duck;
 use crate::sql::fault::Fault;
-use crate::sql::meaning;
+use crate::sql::{joins, meaning};
 use datafusion::sql::parser::{DFParserBuilder, Statement};
 use datafusion::sql::sqlparser::ast::{
     self, Expr, Ident, Query, SelectItem, SetExpr, visit_expressions_mut,
 };
-use datafusion::sql::sqlparser::dialect::DuckDbDialect;
 use std::ops::ControlFlow;
 
 /// Nested brackets in a statement.
@@ -14,9 +14,8 @@ const DEPTH: usize = 200;
 
 /// The statement, if it is one and only reads; its columns are called as they are written.
 pub(crate) fn parse(sql: &str) -> Result<Statement, Fault> {
-    let dialect = DuckDbDialect {};
     let mut statements = DFParserBuilder::new(sql)
-        .with_dialect(&dialect)
+        .with_dialect(&Duck)
         .with_recursion_limit(DEPTH)
         .build()
         .and_then(|mut parser| parser.parse_statements())
@@ -33,7 +32,7 @@ pub(crate) fn parse(sql: &str) -> Result<Statement, Fault> {
         )));
     }
     only_reads(&statement)?;
-    rewrite(&mut statement);
+    rewrite(&mut statement)?;
     Ok(statement)
 }
 
@@ -87,9 +86,10 @@ fn reads(query: &Query) -> Result<(), Fault> {
     body(&query.body)
 }
 
-fn rewrite(statement: &mut Statement) {
+fn rewrite(statement: &mut Statement) -> Result<(), Fault> {
     match statement {
         Statement::Statement(inner) => {
+            joins::rewrite(inner)?;
             let _: ControlFlow<()> = visit_expressions_mut(inner, |expr| {
                 meaning::rounded_cast(expr);
                 ControlFlow::Continue(())
@@ -97,9 +97,10 @@ fn rewrite(statement: &mut Statement) {
             if let ast::Statement::Query(query) = inner.as_mut() {
                 name_columns(&mut query.body);
             }
+            Ok(())
         }
         Statement::Explain(explain) => rewrite(&mut explain.statement),
-        _ => {}
+        _ => Ok(()),
     }
 }
 
