@@ -11,6 +11,7 @@ mod fault;
 mod format;
 mod joins;
 mod meaning;
+mod order;
 mod partial;
 mod pruning;
 mod scan;

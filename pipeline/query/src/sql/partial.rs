@@ -43,7 +43,7 @@ const WORTH: usize = 250_000;
 /// pool of all, which one is full first would be a matter of time.
 const MEMORY: usize = crate::sql::session::MEMORY / (2 * SHARES);
 /// Batches of a share that wait for their turn.
-const WAITING: usize = 4;
+const WAITING: usize = 64;
 
 /// Aggregates whose parts can be put together.
 const DIVISIBLE: [&str; 13] = [

@@ -1,7 +1,10 @@
 //! Row groups that a condition cannot meet, by the least and greatest values in a file's footer.
 
+use crate::sql::scan::Opened;
+use datafusion::arrow::array::cast::AsArray;
 use datafusion::arrow::array::{ArrayRef, BooleanArray, UInt64Array};
-use datafusion::arrow::datatypes::{Schema, SchemaRef};
+use datafusion::arrow::compute::cast;
+use datafusion::arrow::datatypes::{DataType, Float64Type, Schema, SchemaRef};
 use datafusion::common::pruning::PruningStatistics;
 use datafusion::common::{Column, ScalarValue};
 use datafusion::physical_expr::PhysicalExpr;
@@ -30,6 +33,30 @@ pub(crate) fn row_groups(
         schema: footer.schema(),
     });
     kept.ok().filter(|kept| kept.len() == n).unwrap_or(all)
+}
+
+/// The best value of a column in each row group of each file, greatest or least; None for a column that no footer
+/// speaks of or that has no order as numbers.
+pub(crate) fn best(
+    column: &str,
+    greatest: bool,
+    files: &[Opened],
+) -> Option<Vec<Vec<Option<f64>>>> {
+    let column = Column::from_name(column);
+    let of_file = |file: &Opened| {
+        let footer = Footer {
+            footer: &file.footer,
+            schema: file.footer.schema(),
+        };
+        let values = if greatest {
+            footer.max_values(&column)?
+        } else {
+            footer.min_values(&column)?
+        };
+        let numbers = cast(&values, &DataType::Float64).ok()?;
+        Some(numbers.as_primitive::<Float64Type>().iter().collect())
+    };
+    files.iter().map(of_file).collect()
 }
 
 struct Footer<'a> {

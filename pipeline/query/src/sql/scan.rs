@@ -4,22 +4,31 @@
 //! whatever the number of threads, and sums over them have the same bits. Conditions are looked at where
 //! the rows are decoded.
 
+use crate::sql::pruning;
 use crate::sql::table::file_fault;
 use datafusion::arrow::array::cast::AsArray;
 use datafusion::arrow::array::{
     Array, ArrayRef, PrimitiveArray, RecordBatch, RecordBatchOptions, StringViewArray,
 };
 use datafusion::arrow::buffer::{Buffer, ScalarBuffer};
-use datafusion::arrow::compute::filter_record_batch;
+use datafusion::arrow::compute::{SortOptions, filter_record_batch};
 use datafusion::arrow::datatypes::{DataType, Float64Type, SchemaRef};
+use datafusion::common::config::ConfigOptions;
 use datafusion::common::stats::Precision;
 use datafusion::common::tree_node::TreeNodeRecursion;
 use datafusion::common::{DataFusionError, Result, Statistics};
 use datafusion::execution::{SendableRecordBatchStream, TaskContext};
-use datafusion::physical_expr::{EquivalenceProperties, PhysicalExpr};
-use datafusion::physical_plan::execution_plan::{
-    Boundedness, EmissionType, ReplaceChildrenOptions,
+use datafusion::physical_expr::expressions::Column;
+use datafusion::physical_expr::{
+    DynamicFilterTracking, EquivalenceProperties, PhysicalExpr, PhysicalSortExpr,
 };
+use datafusion::physical_plan::execution_plan::{
+    Boundedness, EmissionType, ReplaceChildrenOptions, apply_expression_roots,
+};
+use datafusion::physical_plan::filter_pushdown::{
+    ChildPushdownResult, FilterPushdownPhase, FilterPushdownPropagation, PushedDown,
+};
+use datafusion::physical_plan::sort_pushdown::SortOrderPushdownResult;
 use datafusion::physical_plan::statistics::StatisticsArgs;
 use datafusion::physical_plan::stream::RecordBatchStreamAdapter;
 use datafusion::physical_plan::{
@@ -47,7 +56,7 @@ const AHEAD: usize = 16;
 const MEET: usize = 5;
 
 /// A file with its footer.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Opened {
     pub(crate) path: PathBuf,
     pub(crate) keys: Vec<String>,
@@ -56,7 +65,7 @@ pub(crate) struct Opened {
 }
 
 /// What is read of a table.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Scan {
     pub(crate) table: String,
     /// The columns that are decoded, by their place in the files.
@@ -75,6 +84,10 @@ pub(crate) struct Scan {
     /// File and row group, in order.
     pub(crate) parts: Vec<(usize, usize)>,
     pub(crate) limit: Option<usize>,
+    /// The columns that the rows are sorted by, by their place in what is given.
+    pub(crate) order: Vec<usize>,
+    /// Conditions over what is given that become narrower while the plan runs.
+    pub(crate) later: Vec<Arc<dyn PhysicalExpr>>,
 }
 
 /// One row group's batches, the last one `None`: without it the thread has died.
@@ -96,6 +109,15 @@ impl Scan {
         let read = (0..columns.len()).filter(|i| self.file_columns.contains(&roots(*i)));
         let values: i64 = read.map(|i| columns[i].num_values()).sum();
         usize::try_from(values).unwrap_or(0) * 16 + self.rows(part) * 16 * self.keys.len()
+    }
+
+    /// False if no row of the part can meet the conditions as they are by now.
+    fn may_matter(&self, part: usize) -> bool {
+        let (file, group) = self.parts[part];
+        let footer = &self.files[file].footer;
+        self.later
+            .iter()
+            .all(|later| pruning::row_groups(later, &self.schema, footer)[group])
     }
 
     /// Starts to read a part in a thread of its own.
@@ -139,6 +161,16 @@ impl Part {
         let (file, group) = scan.parts[part];
         let opened = &scan.files[file];
         let rows = scan.rows(part);
+        if !scan.may_matter(part) {
+            return Ok(Self {
+                part,
+                reader: None,
+                keys: Vec::new(),
+                size: BATCH,
+                left: 0,
+                scan: Arc::clone(&scan),
+            });
+        }
         let size = (BATCH_BYTES * rows / scan.bytes(part).max(1)).clamp(16, BATCH);
         let fault = |e: &dyn fmt::Display| file_fault(&opened.path, e);
         let reader = if scan.file_columns.is_empty() {
@@ -218,7 +250,12 @@ impl Part {
             read = filter_record_batch(&read, meets.as_boolean())?;
         }
         let output = scan.output.iter().map(|i| Arc::clone(read.column(*i)));
-        Ok(batch(&scan.schema, output.collect(), read.num_rows())?)
+        let mut given = batch(&scan.schema, output.collect(), read.num_rows())?;
+        for later in &scan.later {
+            let meets = later.evaluate(&given)?.into_array(given.num_rows())?;
+            given = filter_record_batch(&given, meets.as_boolean())?;
+        }
+        Ok(given)
     }
 }
 
@@ -276,8 +313,17 @@ impl ScanExec {
     }
 
     fn shared(scan: Arc<Scan>, shares: usize) -> Self {
+        let order = scan.order.iter().map(|i| {
+            let column = Column::new(scan.schema.field(*i).name(), *i);
+            let ascending = SortOptions::default().asc().nulls_last();
+            PhysicalSortExpr::new(Arc::new(column), ascending)
+        });
+        let known = EquivalenceProperties::new_with_orderings(
+            Arc::clone(&scan.schema),
+            [order.collect::<Vec<_>>()],
+        );
         let properties = PlanProperties::new(
-            EquivalenceProperties::new(Arc::clone(&scan.schema)),
+            known,
             Partitioning::UnknownPartitioning(shares),
             EmissionType::Incremental,
             Boundedness::Bounded,
@@ -293,6 +339,20 @@ impl ScanExec {
     pub(crate) fn in_shares(&self, shares: usize) -> Option<Self> {
         (self.scan.limit.is_none() && self.shares == 1)
             .then(|| Self::shared(Arc::clone(&self.scan), shares))
+    }
+
+    /// How many keys its rows are sorted by.
+    pub(crate) fn keys_in_order(&self) -> usize {
+        self.scan.order.len().max(1)
+    }
+
+    /// The bytes of the largest file, as it lies in memory (about).
+    pub(crate) fn largest_file(&self) -> usize {
+        let mut bytes = vec![0; self.scan.files.len()];
+        for (i, (file, _)) in self.scan.parts.iter().enumerate() {
+            bytes[*file] += self.scan.bytes(i);
+        }
+        bytes.into_iter().max().unwrap_or(0)
     }
 
     /// How many rows are read.
@@ -335,6 +395,9 @@ impl DisplayAs for ScanExec {
         if let Some(condition) = &scan.condition {
             write!(f, ", condition={condition}")?;
         }
+        for later in &scan.later {
+            write!(f, ", later={later}")?;
+        }
         if let Some(limit) = scan.limit {
             write!(f, ", limit={limit}")?;
         }
@@ -359,10 +422,7 @@ impl ExecutionPlan for ScanExec {
         &self,
         f: &mut dyn FnMut(&Arc<dyn PhysicalExpr>) -> Result<TreeNodeRecursion>,
     ) -> Result<TreeNodeRecursion> {
-        match &self.scan.condition {
-            Some(condition) => f(condition),
-            None => Ok(TreeNodeRecursion::Continue),
-        }
+        apply_expression_roots(self.scan.condition.iter().chain(&self.scan.later), f)
     }
 
     fn replace_children(
@@ -409,6 +469,70 @@ impl ExecutionPlan for ScanExec {
             }
         });
         Ok(Box::pin(RecordBatchStreamAdapter::new(schema, batches)))
+    }
+
+    fn handle_child_pushdown_result(
+        &self,
+        phase: FilterPushdownPhase,
+        asked: ChildPushdownResult,
+        _: &ConfigOptions,
+    ) -> Result<FilterPushdownPropagation<Arc<dyn ExecutionPlan>>> {
+        let filters = asked.parent_filters.into_iter().map(|asked| asked.filter);
+        let (later, other): (Vec<_>, Vec<_>) = filters
+            .partition(|filter| DynamicFilterTracking::classify(filter).contains_dynamic_filter());
+        let said = vec![PushedDown::No; later.len() + other.len()];
+        let said = FilterPushdownPropagation::with_parent_pushdown_result(said);
+        if phase != FilterPushdownPhase::Post || later.is_empty() {
+            return Ok(said);
+        }
+        let scan = Scan {
+            later: [self.scan.later.clone(), later].concat(),
+            ..self.scan.as_ref().clone()
+        };
+        let scan = Self::shared(Arc::new(scan), self.shares);
+        Ok(said.with_updated_node(Arc::new(scan)))
+    }
+
+    /// Row groups in the order of what they have at best, for whoever wants the first rows of `order`.
+    fn try_pushdown_sort(
+        &self,
+        order: &[PhysicalSortExpr],
+    ) -> Result<SortOrderPushdownResult<Arc<dyn ExecutionPlan>>> {
+        let unsupported = Ok(SortOrderPushdownResult::Unsupported);
+        let Some(first) = order.first() else {
+            return unsupported;
+        };
+        let Some(column) = first.expr.downcast_ref::<Column>() else {
+            return unsupported;
+        };
+        if self.scan.limit.is_some() || self.shares > 1 {
+            return unsupported;
+        }
+        let best = pruning::best(column.name(), first.options.descending, &self.scan.files);
+        let Some(best) = best else {
+            return unsupported;
+        };
+        let mut parts = self.scan.parts.clone();
+        let rank = |(file, group): &(usize, usize)| best[*file][*group];
+        // Row groups without a value come last.
+        parts.sort_by(|a, b| {
+            let (a, b) = (rank(a), rank(b));
+            let order = a.partial_cmp(&b).unwrap_or(std::cmp::Ordering::Equal);
+            let order = if first.options.descending {
+                order.reverse()
+            } else {
+                order
+            };
+            a.is_none().cmp(&b.is_none()).then(order)
+        });
+        let scan = Scan {
+            parts,
+            order: Vec::new(),
+            ..self.scan.as_ref().clone()
+        };
+        Ok(SortOrderPushdownResult::Inexact {
+            inner: Arc::new(Self::new(Arc::new(scan))),
+        })
     }
 
     fn statistics_from_inputs(

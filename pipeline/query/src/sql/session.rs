@@ -4,6 +4,7 @@ use crate::sql::answer::Answer;
 use crate::sql::fault::{Fault, missing_table};
 use crate::sql::format::{Format, Printer};
 use crate::sql::meaning::{self, Meaning};
+use crate::sql::order::{BestFirst, FileByFile};
 use crate::sql::partial::InShares;
 use crate::sql::scan::BATCH;
 use crate::sql::statement;
@@ -17,6 +18,8 @@ use datafusion::execution::context::SQLOptions;
 use datafusion::execution::memory_pool::FairSpillPool;
 use datafusion::execution::runtime_env::RuntimeEnvBuilder;
 use datafusion::execution::session_state::{SessionState, SessionStateBuilder};
+use datafusion::physical_optimizer::PhysicalOptimizerRule;
+use datafusion::physical_optimizer::optimizer::PhysicalOptimizer;
 use datafusion::physical_plan::{ExecutionPlan, execute_stream};
 use datafusion::prelude::SessionConfig;
 use futures_util::StreamExt;
@@ -161,6 +164,15 @@ fn state(tables: Vec<Table>) -> Result<SessionState, Fault> {
         .with_default_catalog_and_schema(CATALOG, SCHEMA);
     // Missing values come last, as in DuckDB.
     config.options_mut().sql_parser.default_null_ordering = "nulls_last".to_owned();
+    // Only those that sorts make of their first rows are cheap enough to look at in every row.
+    config
+        .options_mut()
+        .optimizer
+        .enable_join_dynamic_filter_pushdown = false;
+    config
+        .options_mut()
+        .optimizer
+        .enable_aggregate_dynamic_filter_pushdown = false;
     let runtime = RuntimeEnvBuilder::new()
         .with_memory_pool(Arc::new(FairSpillPool::new(MEMORY)))
         .build_arc()
@@ -171,7 +183,7 @@ fn state(tables: Vec<Table>) -> Result<SessionState, Fault> {
         .with_expr_planners(vec![Arc::new(Meaning)])
         .with_scalar_functions(meaning::functions())
         .with_default_features()
-        .with_physical_optimizer_rule(Arc::new(InShares))
+        .with_physical_optimizer_rules(rules())
         .build();
     let catalog = MemoryCatalogProvider::new();
     let schema = Tables { tables };
@@ -182,6 +194,19 @@ fn state(tables: Vec<Table>) -> Result<SessionState, Fault> {
         .catalog_list()
         .register_catalog(CATALOG.to_owned(), Arc::new(catalog));
     Ok(state)
+}
+
+/// DataFusion's rules for plans, and ours.
+fn rules() -> Vec<Arc<dyn PhysicalOptimizerRule + Send + Sync>> {
+    let mut rules = PhysicalOptimizer::new().rules;
+    for rule in &mut rules {
+        if rule.name() == "PushdownSort" {
+            *rule = Arc::new(BestFirst);
+        }
+    }
+    rules.push(Arc::new(FileByFile));
+    rules.push(Arc::new(InShares));
+    rules
 }
 
 /// The tables by name. The columns of one are read when a statement asks for it.

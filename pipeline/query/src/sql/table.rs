@@ -179,6 +179,7 @@ impl TableProvider for Provider {
                 stamp,
             });
         }
+        let order = self.order(&opened, &output);
         let place = |i: &usize| read.binary_search(i).expect("all that is given is read");
         let scan = Scan {
             table: self.table.name.clone(),
@@ -200,12 +201,35 @@ impl TableProvider for Provider {
             files: opened,
             parts,
             limit,
+            order,
+            later: Vec::new(),
         };
         Ok(Arc::new(ScanExec::new(Arc::new(scan))))
     }
 }
 
 impl Provider {
+    /// The keys that the rows are sorted by, by their place in the output: as far as the output has them.
+    fn order(&self, opened: &[Opened], output: &[usize]) -> Vec<usize> {
+        let sorted = opened.windows(2).all(|pair| pair[0].keys < pair[1].keys);
+        let mut order = Vec::new();
+        if !sorted {
+            return order;
+        }
+        for key in 0..self.table.keys.len() {
+            let column = self.file_columns() + key;
+            let constant = opened
+                .iter()
+                .all(|file| file.keys[key] == opened[0].keys[key]);
+            match output.iter().position(|i| *i == column) {
+                Some(place) => order.push(place),
+                None if constant => {}
+                None => break,
+            }
+        }
+        order
+    }
+
     fn same_columns(&self, path: &Path, schema: &Schema) -> Result<()> {
         let own = &self.schema.fields()[..self.file_columns()];
         let same = |(a, b): (&Arc<Field>, &Arc<Field>)| {
