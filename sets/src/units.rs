@@ -10,7 +10,7 @@
 //! scores, Yang and Scott's block, the F-radius) takes them as they are, and says so;
 //! [`Zonotope::divided_by`] and its counterpart for constrained zonotopes give such methods other units.
 
-use crate::rounding::up;
+use crate::rounding::{ETA, up};
 use crate::{ConstrainedZonotope, List, Matrix, SetError, Zonotope};
 
 /// The least and the greatest power of two used as a unit, so that its reciprocal is a normal number too.
@@ -56,6 +56,18 @@ pub fn nearest_power(x: f64) -> f64 {
     } else {
         below
     }
+}
+
+/// Units for the components of a set of half-widths `radius` about `center`: the powers of two at or below them.
+///
+/// A component that is flat but for the rounding of its center, r < 2⁻⁵² |c|, has 2⁻⁵² |c| instead of r, and 1 where
+/// both vanish but for what underflow may have cost. So c/u does not overflow.
+pub fn of_set(center: &[f64], radius: &[f64]) -> List<f64> {
+    let unit = |(&c, &r): (&f64, &f64)| {
+        let size = r.max(c.abs() * f64::EPSILON);
+        power_below(if size <= 4.0 * ETA { 0.0 } else { size })
+    };
+    center.iter().zip(radius).map(unit).collect()
 }
 
 /// The powers of two at or below the greatest |entry| of every row.

@@ -4,7 +4,7 @@ use super::ConstrainedZonotope;
 use super::same;
 use crate::lp::LinearProgram;
 use crate::polytope::planar::Polygon;
-use crate::units::{power_below, times};
+use crate::units::{of_set, times};
 use crate::{List, SetError};
 
 /// Points closer than this times the size of the set, component by component, are the same vertex.
@@ -63,10 +63,9 @@ impl ConstrainedZonotope {
         Polygon::grow(2.0 * NEAR, |d| self.extreme_in(units, d, &mut lp))
     }
 
-    /// The powers of two at or below the half-widths of the generators' box.
+    /// Units of the generators' box.
     pub(super) fn units(&self) -> List<f64> {
-        let radius = self.z.radius();
-        radius.iter().map(|&r| power_below(r)).collect()
+        of_set(self.c(), &self.z.radius())
     }
 
     /// dᵀo and o for the o = diag(u)⁻¹ G ξ of the set where dᵀo is greatest. Nothing is bounded here: the value at the

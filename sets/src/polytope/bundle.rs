@@ -6,7 +6,7 @@
 
 use super::{Polytope, axis, parallel, unit};
 use crate::lp::LinearProgram;
-use crate::units::power_below;
+use crate::units::of_set;
 use crate::{Interval, rounding};
 use crate::{IntervalMatrix, IntervalVector, Matrix, SetError};
 
@@ -106,7 +106,7 @@ impl Polytope {
     pub fn frames(&self, lp: &mut LinearProgram) -> Result<Vec<Frame>, SetError> {
         let set = self.to_constrained_zonotope()?;
         set.load(lp)?;
-        let units: Vec<f64> = self.hull.rad().iter().map(|&r| power_below(r)).collect();
+        let units = of_set(&self.hull.mid(), &self.hull.rad());
         let mut frames: Vec<Frame> = Vec::new();
         let mut normals: Vec<Vec<f64>> = Vec::new();
         for slab in &self.slabs {

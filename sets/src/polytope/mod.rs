@@ -16,9 +16,9 @@ pub use bundle::Frame;
 
 use crate::interval_vector::same_dimension;
 use crate::lp::LinearProgram;
-use crate::units::{divided_rows, power_below, product as product_of, times};
+use crate::units::{divided_rows, of_set, product as product_of, times};
 use crate::{
-    ConstrainedZonotope, Containment, Interval, IntervalVector, Matrix, SetError, Zonotope,
+    ConstrainedZonotope, Containment, Interval, IntervalVector, List, Matrix, SetError, Zonotope,
 };
 use planar::Polygon;
 use spatial::Polyhedron;
@@ -283,7 +283,7 @@ impl Polytope {
     pub fn of_zonotope(z: &Zonotope) -> Result<Self, SetError> {
         let n = z.dim();
         let hull = z.interval_hull()?;
-        let units: Vec<f64> = z.radius().iter().map(|&r| power_below(r)).collect();
+        let units = of_set(z.c(), &z.radius());
         let scaled = divided_rows(z.g(), &units);
         let columns: Vec<Vec<f64>> = (0..z.generators())
             .map(|j| scaled.col(j).into_vec())
@@ -342,7 +342,7 @@ struct Half {
 struct Sweep<'a> {
     set: &'a ConstrainedZonotope,
     lp: &'a mut LinearProgram,
-    units: Vec<f64>,
+    units: List<f64>,
     /// Upper bounds on x_j and on −x_j, as they were found.
     axes: Vec<[Option<f64>; 2]>,
     /// Every direction asked for, with its bound.
@@ -352,11 +352,10 @@ struct Sweep<'a> {
 impl<'a> Sweep<'a> {
     fn new(set: &'a ConstrainedZonotope, lp: &'a mut LinearProgram) -> Result<Self, SetError> {
         set.load(lp)?;
-        let radius = set.zonotope().radius();
         Ok(Self {
             set,
             lp,
-            units: radius.iter().map(|&r| power_below(r)).collect(),
+            units: of_set(set.c(), &set.zonotope().radius()),
             axes: vec![[None; 2]; set.dim()],
             asked: Vec::new(),
         })
