@@ -254,16 +254,16 @@ pub fn check_covariance(key: &'static str, s: &Matrix, n: usize) -> Result<(), U
     let (expected, got) = match Scaled::new(s).check() {
         Ok(()) => return Ok(()),
         Err(Fault::Negative { i }) => {
-            let got = format!("the variance {:?} of component {}", s[(i, i)], i + 1);
+            let got = format!("the variance {} of component {}", shown(s[(i, i)]), i + 1);
             (semidefinite, got)
         }
         Err(Fault::Asymmetric { i, j }) => {
             let got = format!(
-                "{:?} in row {}, column {} and {:?} in row {}, column {}",
-                s[(i, j)],
+                "{} in row {}, column {} and {} in row {}, column {}",
+                shown(s[(i, j)]),
                 i + 1,
                 j + 1,
-                s[(j, i)],
+                shown(s[(j, i)]),
                 j + 1,
                 i + 1
             );
@@ -271,12 +271,12 @@ pub fn check_covariance(key: &'static str, s: &Matrix, n: usize) -> Result<(), U
         }
         Err(Fault::Correlation { i, j }) => {
             let got = format!(
-                "the covariance {:?} of components {} and {}, whose variances are {:?} and {:?}",
-                s[(i, j)],
+                "the covariance {} of components {} and {}, whose variances are {} and {}",
+                shown(s[(i, j)]),
                 j + 1,
                 i + 1,
-                s[(j, j)],
-                s[(i, i)]
+                shown(s[(j, j)]),
+                shown(s[(i, i)])
             );
             (semidefinite, got)
         }
@@ -286,6 +286,12 @@ pub fn check_covariance(key: &'static str, s: &Matrix, n: usize) -> Result<(), U
         }
     };
     Err(fault(key, expected, got))
+}
+
+/// The number in its shortest form, with an exponent where it is long without.
+fn shown(x: f64) -> String {
+    let text = format!("{x:?}");
+    text.strip_suffix(".0").map_or(text.clone(), Into::into)
 }
 
 fn finite_vector(key: &'static str, v: &[f64], n: usize) -> Result<(), UncertainError> {
@@ -438,8 +444,8 @@ mod tests {
         );
         assert_eq!(
             message(&covariance([[1.0, 2.0], [2.0, 1.0]]), 2),
-            "covariance: expected a positive semidefinite matrix, got the covariance 2.0 of components 1 and 2, \
-             whose variances are 1.0 and 1.0"
+            "covariance: expected a positive semidefinite matrix, got the covariance 2 of components 1 and 2, \
+             whose variances are 1 and 1"
         );
         let wide = |rows: [[f64; 3]; 3]| {
             let s = Matrix::from_rows(&rows).unwrap();
