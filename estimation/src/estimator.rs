@@ -356,7 +356,13 @@ const VEHICLE_KEYS: [&str; 8] = [
 const POLYTOPE_KEYS: [&str; 4] = ["vectors", "choose", "jacobian", "start"];
 
 const MIXED_KEYS: [&str; 7] = [
-    "phi", "eta", "alpha", "gain", "overbars", "merge_parallel", "scale",
+    "phi",
+    "eta",
+    "alpha",
+    "gain",
+    "overbars",
+    "merge_parallel",
+    "scale",
 ];
 
 estimators! {

@@ -35,7 +35,13 @@ impl Draws {
     }
     /// Some entries are 0 and some columns parallel to an axis, as in the sets of filters.
     fn matrix(&mut self, n: usize, p: usize) -> Matrix {
-        Matrix::from_fn(n, p, |_, _| if self.bits() % 4 == 0 { 0.0 } else { self.signed() })
+        Matrix::from_fn(n, p, |_, _| {
+            if self.bits() % 4 == 0 {
+                0.0
+            } else {
+                self.signed()
+            }
+        })
     }
     /// Powers of two between 2⁻⁴⁰ and 2⁴⁰, none nearer to 1 than 2^±10 but for 1 itself.
     fn units(&mut self, n: usize) -> Vec<f64> {
@@ -58,7 +64,10 @@ fn same(a: f64, b: f64) -> bool {
 #[track_caller]
 fn equal(what: &str, a: &[f64], b: &[f64]) {
     assert_eq!(a.len(), b.len(), "{what}");
-    assert!(a.iter().zip(b).all(|(&a, &b)| same(a, b)), "{what}: {a:?} {b:?}");
+    assert!(
+        a.iter().zip(b).all(|(&a, &b)| same(a, b)),
+        "{what}: {a:?} {b:?}"
+    );
 }
 
 fn divided(x: &[f64], units: &[f64]) -> Vec<f64> {
@@ -76,7 +85,11 @@ fn rows(m: &Matrix, units: &[f64]) -> Matrix {
 /// The matrix in the first units again.
 #[track_caller]
 fn equal_rows(what: &str, here: &Matrix, there: &Matrix, units: &[f64]) {
-    assert_eq!((here.rows(), here.cols()), (there.rows(), there.cols()), "{what}");
+    assert_eq!(
+        (here.rows(), here.cols()),
+        (there.rows(), there.cols()),
+        "{what}"
+    );
     equal(what, rows(here, units).as_slice(), there.as_slice());
 }
 
@@ -94,7 +107,12 @@ fn equal_zonotopes(what: &str, here: &Zonotope, there: &Zonotope, units: &[f64])
 }
 
 fn in_units(z: &Zonotope, units: &[f64]) -> Zonotope {
-    Zonotope::with_rounding(divided(z.c(), units), rows(z.g(), units), divided(z.r(), units)).unwrap()
+    Zonotope::with_rounding(
+        divided(z.c(), units),
+        rows(z.g(), units),
+        divided(z.r(), units),
+    )
+    .unwrap()
 }
 
 /// The zonotope, sometimes with a rounding box.
@@ -115,7 +133,9 @@ fn constrained(
     let a = draws.matrix(q, p);
     let inside: Vec<f64> = draws.vector(p).iter().map(|x| 0.5 * x).collect();
     let b = a.mul_vec(&inside).into_vec();
-    let delta: Vec<f64> = (0..q).map(|i| if i % 2 == 0 { 0.0 } else { 0.125 }).collect();
+    let delta: Vec<f64> = (0..q)
+        .map(|i| if i % 2 == 0 { 0.0 } else { 0.125 })
+        .collect();
     let of_rows = draws.units(q);
     let there = ConstrainedZonotope::with_slack(
         in_units(&z, units),
@@ -123,7 +143,10 @@ fn constrained(
         divided(&b, &of_rows),
         divided(&delta, &of_rows),
     );
-    (ConstrainedZonotope::with_slack(z, a, b, delta).unwrap(), there.unwrap())
+    (
+        ConstrainedZonotope::with_slack(z, a, b, delta).unwrap(),
+        there.unwrap(),
+    )
 }
 
 fn points(x: &[f64]) -> Vec<Interval> {
@@ -131,7 +154,9 @@ fn points(x: &[f64]) -> Vec<Interval> {
 }
 
 fn volume(v: Option<f64>, units: &[f64]) -> Vec<f64> {
-    v.iter().map(|v| v / units.iter().product::<f64>()).collect()
+    v.iter()
+        .map(|v| v / units.iter().product::<f64>())
+        .collect()
 }
 
 fn planar(v: Vec<[f64; 2]>, units: &[f64]) -> Vec<f64> {
@@ -154,7 +179,11 @@ fn a_box_in_other_units_is_the_same() {
             equal("middle", &divided(&here.mid(), &units), &there.mid());
             equal("widths", &divided(&here.widths(), &units), &there.widths());
             let volume_of = |x: &IntervalVector| Polytope::from_box(x).volume();
-            equal("volume", &volume(volume_of(&here), &units), &volume(volume_of(&there), &vec![1.0; n]));
+            equal(
+                "volume",
+                &volume(volume_of(&here), &units),
+                &volume(volume_of(&there), &vec![1.0; n]),
+            );
         }
     }
 }
@@ -172,10 +201,21 @@ fn a_zonotope_in_other_units_is_the_same() {
             let there = in_units(&here, &units);
             let d = draws.vector(n);
             let e = multiplied(&d, &units);
-            equal("support", &[here.support(&d).unwrap()], &[there.support(&e).unwrap()]);
-            let hulls = (here.interval_hull().unwrap(), there.interval_hull().unwrap());
+            equal(
+                "support",
+                &[here.support(&d).unwrap()],
+                &[there.support(&e).unwrap()],
+            );
+            let hulls = (
+                here.interval_hull().unwrap(),
+                there.interval_hull().unwrap(),
+            );
             equal_boxes("hull", &hulls.0, &hulls.1, &units);
-            equal("volume", &volume(here.volume(), &units), &volume(there.volume(), &one));
+            equal(
+                "volume",
+                &volume(here.volume(), &units),
+                &volume(there.volume(), &one),
+            );
             if n == 2 {
                 let (v, w) = (here.vertices().unwrap(), there.vertices().unwrap());
                 equal("vertices", &planar(v, &units), &planar(w, &one));
@@ -183,17 +223,29 @@ fn a_zonotope_in_other_units_is_the_same() {
             equal_zonotopes("fold", &here.clone().fold(), &there.clone().fold(), &units);
             let m = draws.matrix(n, n);
             let m_there = Matrix::from_fn(n, n, |i, j| m[(i, j)] * units[j] / units[i]);
-            let images = (here.linear_map(&m).unwrap(), there.linear_map(&m_there).unwrap());
+            let images = (
+                here.linear_map(&m).unwrap(),
+                there.linear_map(&m_there).unwrap(),
+            );
             equal_zonotopes("map", &images.0, &images.1, &units);
             let sum = |z: &Zonotope, w: &Zonotope| z.minkowski_sum(w).unwrap();
-            equal_zonotopes("sum", &sum(&here, &images.0), &sum(&there, &images.1), &units);
+            equal_zonotopes(
+                "sum",
+                &sum(&here, &images.0),
+                &sum(&there, &images.1),
+                &units,
+            );
             let xi = draws.vector(p);
             for stretch in [0.5, 1.0, 1.5] {
                 let x: Vec<f64> = (here.g().mul_vec(&xi).iter().zip(here.c()))
                     .map(|(o, c)| stretch * o + c)
                     .collect();
                 let verdict = here.contains(&points(&x)).unwrap();
-                assert_eq!(verdict, there.contains(&points(&divided(&x, &units))).unwrap(), "n = {n}");
+                assert_eq!(
+                    verdict,
+                    there.contains(&points(&divided(&x, &units))).unwrap(),
+                    "n = {n}"
+                );
                 verdicts[verdict as usize] += 1;
             }
             // Methods that do not compare components, and those that do in units given.
@@ -209,7 +261,12 @@ fn a_zonotope_in_other_units_is_the_same() {
                     let reduced = method(&z.divided_by(&own).unwrap(), generators).unwrap();
                     reduced.multiplied_by(&own).unwrap()
                 };
-                equal_zonotopes("reduction in units", &in_prior(&here), &in_prior(&there), &units);
+                equal_zonotopes(
+                    "reduction in units",
+                    &in_prior(&here),
+                    &in_prior(&there),
+                    &units,
+                );
             }
             let row = draws.vector(n);
             let y = here.c().iter().zip(&row).map(|(c, d)| c * d).sum::<f64>() + 0.1;
@@ -236,7 +293,10 @@ fn parallel_generators_in_other_units_are_parallel() {
         });
         let here = Zonotope::new(draws.vector(3), Matrix::hcat(&[&g, &twice])).unwrap();
         let there = in_units(&here, &units);
-        let (a, b) = (parallel::merge(&here, 1e-12).unwrap(), parallel::merge(&there, 1e-12).unwrap());
+        let (a, b) = (
+            parallel::merge(&here, 1e-12).unwrap(),
+            parallel::merge(&there, 1e-12).unwrap(),
+        );
         equal_zonotopes("merge", &a, &b, &units);
         merged += usize::from(a.generators() == 4);
     }
@@ -255,12 +315,23 @@ fn a_constrained_zonotope_in_other_units_is_the_same() {
             let (here, there) = constrained(&mut draws, n, p, q, &units);
             let d = draws.vector(n);
             let e = multiplied(&d, &units);
-            equal("support", &[here.support(&d).unwrap()], &[there.support(&e).unwrap()]);
-            let hulls = (here.interval_hull().unwrap(), there.interval_hull().unwrap());
+            equal(
+                "support",
+                &[here.support(&d).unwrap()],
+                &[there.support(&e).unwrap()],
+            );
+            let hulls = (
+                here.interval_hull().unwrap(),
+                there.interval_hull().unwrap(),
+            );
             equal_boxes("hull", &hulls.0, &hulls.1, &units);
             assert_eq!(here.emptiness(), there.emptiness());
             let volumes = (here.volume().unwrap(), there.volume().unwrap());
-            equal("volume", &volume(volumes.0, &units), &volume(volumes.1, &one));
+            equal(
+                "volume",
+                &volume(volumes.0, &units),
+                &volume(volumes.1, &one),
+            );
             if n == 2 {
                 let (v, w) = (here.vertices().unwrap(), there.vertices().unwrap());
                 equal("vertices", &planar(v, &units), &planar(w, &one));
@@ -273,28 +344,45 @@ fn a_constrained_zonotope_in_other_units_is_the_same() {
             for stretch in [0.0, 0.7, 1.0, 1.3] {
                 let middle = hulls.0.mid();
                 let corner = hulls.0.upper();
-                let x: Vec<f64> =
-                    middle.iter().zip(&corner).map(|(m, c)| m + stretch * (c - m)).collect();
+                let x: Vec<f64> = middle
+                    .iter()
+                    .zip(&corner)
+                    .map(|(m, c)| m + stretch * (c - m))
+                    .collect();
                 let verdict = here.contains(&points(&x)).unwrap();
-                assert_eq!(verdict, there.contains(&points(&divided(&x, &units))).unwrap());
+                assert_eq!(
+                    verdict,
+                    there.contains(&points(&divided(&x, &units))).unwrap()
+                );
                 verdicts[verdict as usize] += 1;
             }
-            let pair = |f: &dyn Fn(&ConstrainedZonotope) -> ConstrainedZonotope| (f(&here), f(&there));
+            let pair =
+                |f: &dyn Fn(&ConstrainedZonotope) -> ConstrainedZonotope| (f(&here), f(&there));
             // Rescaling, bounds and removal errors are about ξ and have no units.
             let rescaled = pair(&|x| scott::rescale(x).unwrap());
-            equal_zonotopes("rescaling", rescaled.0.zonotope(), rescaled.1.zonotope(), &units);
+            equal_zonotopes(
+                "rescaling",
+                rescaled.0.zonotope(),
+                rescaled.1.zonotope(),
+                &units,
+            );
             assert_eq!(
                 scott::coordinate_bounds(&here).unwrap(),
                 scott::coordinate_bounds(&there).unwrap()
             );
             let reduced = pair(&|x| {
                 let own = of_set(x.c(), &x.zonotope().radius());
-                let x = scott::reduce(&x.divided_by(&own).unwrap(), n + 1, q - 1).unwrap_or_else(|_| {
-                    scott::reduce(&x.divided_by(&own).unwrap(), n + q, q - 1).unwrap()
-                });
+                let x = scott::reduce(&x.divided_by(&own).unwrap(), n + 1, q - 1).unwrap_or_else(
+                    |_| scott::reduce(&x.divided_by(&own).unwrap(), n + q, q - 1).unwrap(),
+                );
                 x.multiplied_by(&own).unwrap()
             });
-            equal_zonotopes("Scott's reduction", reduced.0.zonotope(), reduced.1.zonotope(), &units);
+            equal_zonotopes(
+                "Scott's reduction",
+                reduced.0.zonotope(),
+                reduced.1.zonotope(),
+                &units,
+            );
             // A measurement of every component, in units of its own.
             let (c, of_y) = (draws.matrix(2, n), draws.units(2));
             let y = c.mul_vec(&hulls.0.mid()).into_vec();
@@ -304,7 +392,12 @@ fn a_constrained_zonotope_in_other_units_is_the_same() {
             };
             let c_there = Matrix::from_fn(2, n, |i, j| c[(i, j)] * units[j] / of_y[i]);
             let a = joined(&here, &c, &y, &[0.25, 0.25]);
-            let b = joined(&there, &c_there, &divided(&y, &of_y), &divided(&[0.25, 0.25], &of_y));
+            let b = joined(
+                &there,
+                &c_there,
+                &divided(&y, &of_y),
+                &divided(&[0.25, 0.25], &of_y),
+            );
             let hulls = (a.interval_hull().unwrap(), b.interval_hull().unwrap());
             equal_boxes("hull of an intersection", &hulls.0, &hulls.1, &units);
         }
@@ -328,7 +421,11 @@ fn a_polytope_in_other_units_is_the_same() {
             }] {
                 let (here, there) = (make(&x), make(&y));
                 equal_boxes("hull", here.hull(), there.hull(), &units);
-                equal("volume", &volume(here.volume(), &units), &volume(there.volume(), &one));
+                equal(
+                    "volume",
+                    &volume(here.volume(), &units),
+                    &volume(there.volume(), &one),
+                );
                 assert_eq!(here.vertices().len(), there.vertices().len());
                 for (v, w) in here.vertices().iter().zip(there.vertices()) {
                     equal("vertex", &divided(v, &units), w);
@@ -341,10 +438,17 @@ fn a_polytope_in_other_units_is_the_same() {
                     let f = b.normal[at] / normal[at];
                     let scaled: Vec<f64> = normal.iter().map(|x| f * x).collect();
                     equal("normal", &scaled, &b.normal);
-                    equal("range", &[f * a.range.lo(), f * a.range.hi()], &[b.range.lo(), b.range.hi()]);
+                    equal(
+                        "range",
+                        &[f * a.range.lo(), f * a.range.hi()],
+                        &[b.range.lo(), b.range.hi()],
+                    );
                 }
                 let mut lp = LinearProgram::new();
-                let frames = (here.frames(&mut lp).unwrap(), there.frames(&mut lp).unwrap());
+                let frames = (
+                    here.frames(&mut lp).unwrap(),
+                    there.frames(&mut lp).unwrap(),
+                );
                 assert_eq!(frames.0.len(), frames.1.len());
                 for (a, b) in frames.0.iter().zip(&frames.1) {
                     equal_boxes("hull of a frame", &a.hull(), &b.hull(), &units);
@@ -373,14 +477,30 @@ fn gaussians_in_other_units_are_the_same() {
             let (here, there) = (make(c.clone(), &p), make(divided(&c, &units), &p_there));
             let x: Vec<f64> = c.iter().zip(draws.vector(n)).map(|(c, d)| c + d).collect();
             let away = divided(&x, &units);
-            equal("distance", &[here.squared_distance(&x).unwrap()], &[there.squared_distance(&away).unwrap()]);
+            equal(
+                "distance",
+                &[here.squared_distance(&x).unwrap()],
+                &[there.squared_distance(&away).unwrap()],
+            );
             assert_eq!(here.contains(&x).unwrap(), there.contains(&away).unwrap());
             let d = draws.vector(n);
-            equal("support", &[here.support(&d).unwrap()], &[there.support(&multiplied(&d, &units)).unwrap()]);
-            equal_boxes("hull", &here.interval_hull().unwrap(), &there.interval_hull().unwrap(), &units);
+            equal(
+                "support",
+                &[here.support(&d).unwrap()],
+                &[there.support(&multiplied(&d, &units)).unwrap()],
+            );
+            equal_boxes(
+                "hull",
+                &here.interval_hull().unwrap(),
+                &there.interval_hull().unwrap(),
+                &units,
+            );
             let around = here.interval_hull().unwrap();
             let around_there = there.interval_hull().unwrap();
-            assert_eq!(here.is_inside(&around).unwrap(), there.is_inside(&around_there).unwrap());
+            assert_eq!(
+                here.is_inside(&around).unwrap(),
+                there.is_inside(&around_there).unwrap()
+            );
             if n == 2 {
                 let (v, w) = (here.outline(12).unwrap(), there.outline(12).unwrap());
                 equal("outline", &planar(v, &units), &planar(w, &[1.0, 1.0]));
@@ -388,7 +508,12 @@ fn gaussians_in_other_units_are_the_same() {
             let g = draws.matrix(n, 3);
             let a = ZonotopicGaussian::new(c.clone(), g.clone(), p.clone()).unwrap();
             let b = ZonotopicGaussian::new(divided(&c, &units), rows(&g, &units), p_there).unwrap();
-            equal_boxes("confidence box", &a.confidence_box(9.0).unwrap(), &b.confidence_box(9.0).unwrap(), &units);
+            equal_boxes(
+                "confidence box",
+                &a.confidence_box(9.0).unwrap(),
+                &b.confidence_box(9.0).unwrap(),
+                &units,
+            );
         }
     }
 }
@@ -402,7 +527,13 @@ fn a_set_ten_orders_longer_than_wide_keeps_its_area_and_corners() {
         let a = Matrix::from_fn(1, n, |_, _| 1.0);
         ConstrainedZonotope::with_slack(z, a, vec![b], vec![delta]).unwrap()
     };
-    for s in [[1e5, 1e-5], [1.0, 1.0], [1e160, 1e-170], [1e-170, 1e160], [1e150, 1e150]] {
+    for s in [
+        [1e5, 1e-5],
+        [1.0, 1.0],
+        [1e160, 1e-170],
+        [1e-170, 1e160],
+        [1e150, 1e150],
+    ] {
         let flat = set(&s, 0.5, 0.6);
         let area = flat.volume().unwrap().unwrap();
         assert!((area / (s[0] * s[1]) - 1.79).abs() < 1e-9, "{area:e}");
@@ -424,8 +555,21 @@ fn hexagons_of_any_size_have_six_vertices() {
         let g = Matrix::from_rows(&[[s, 0.0, s], [0.0, s, s]]).unwrap();
         let z = Zonotope::new(vec![0.0; 2], g).unwrap();
         assert_eq!(z.vertices().unwrap().len(), 6);
-        assert_eq!(ConstrainedZonotope::from(z.clone()).vertices().unwrap().len(), 6, "{s:e}");
-        assert_eq!(Polytope::enclosing(&z.clone().into()).unwrap().slabs().len(), 3);
+        assert_eq!(
+            ConstrainedZonotope::from(z.clone())
+                .vertices()
+                .unwrap()
+                .len(),
+            6,
+            "{s:e}"
+        );
+        assert_eq!(
+            Polytope::enclosing(&z.clone().into())
+                .unwrap()
+                .slabs()
+                .len(),
+            3
+        );
         assert_eq!(Polytope::of_zonotope(&z).unwrap().slabs().len(), 1);
     }
 }

@@ -311,7 +311,8 @@ impl Estimator for Czfo {
         belief: &ConstrainedBelief,
         u: &[f64],
     ) -> Result<ConstrainedBelief, EstimationError> {
-        self.filter.predict(k, belief, u, FirstOrder(&self.settings))
+        self.filter
+            .predict(k, belief, u, FirstOrder(&self.settings))
     }
     /// Takes in y_k and reduces: the paper reports the reduced set.
     fn update(

@@ -1,7 +1,7 @@
 //! EZGKF: the extended zonotopic and Gaussian Kalman filter.
 
-use super::scale::Scale;
 use super::mixed::{Gain, MixedBelief, MixedModel, MixedSettings};
+use super::scale::Scale;
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::{EstimationError, Problem};
 use serde::{Deserialize, Serialize};

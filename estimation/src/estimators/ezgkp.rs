@@ -1,8 +1,8 @@
 //! EZGKP: the predictor that the EZGKF is compared with.
 
 use super::ezgkf::{forecast_generators, with_overbars};
-use super::scale::Scale;
 use super::mixed::{Correction, Gain, MixedBelief, MixedModel, MixedSettings};
+use super::scale::Scale;
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::system::Embedding;
 use crate::{EstimationError, Problem};

@@ -5,8 +5,8 @@
 //! Nothing here is guaranteed: covariances have no certain set, confidence boxes hold with a
 //! probability, and rounding is plain.
 
-use super::scale::{Scale, Units};
 use super::linear_output::{LinearOutput, complement, congruence, gain};
+use super::scale::{Scale, Units};
 use crate::error::finite_vector;
 use crate::estimator::{Belief, Containment, Measurement, Shape, Size, box_contains};
 use crate::system::Embedding;

@@ -284,9 +284,9 @@ impl VehicleFilter {
         match self.settings.reduction {
             PoseReduction::Outer => self.units.columns(h, |h| reduce_as_printed(h, s)),
             PoseReduction::Girard => girard::reduce_columns_scaled(h, s),
-            PoseReduction::PaperTables => {
-                self.units.columns(h, |h| reduce_without_absolute_values(h, s))
-            }
+            PoseReduction::PaperTables => self
+                .units
+                .columns(h, |h| reduce_without_absolute_values(h, s)),
         }
     }
 

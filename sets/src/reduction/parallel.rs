@@ -191,7 +191,10 @@ mod tests {
         let z = Zonotope::new(vec![0.0; 2], g).unwrap();
         assert_eq!(merge(&z, 0.1).unwrap().generators(), 3);
         let merged = merge(&z, 0.25).unwrap();
-        assert_eq!(merged.g(), &Matrix::from_rows(&[[4.0, 0.0], [0.0, 4.0]]).unwrap());
+        assert_eq!(
+            merged.g(),
+            &Matrix::from_rows(&[[4.0, 0.0], [0.0, 4.0]]).unwrap()
+        );
         assert!(merged.r()[1] >= 0.5 && merged.r()[1] < 0.5 + 1e-14);
         assert!(merge(&z, -1.0).is_err());
         assert!(merge(&z, f64::NAN).is_err());
