@@ -81,6 +81,7 @@ pub fn run(filter: Filter, s: &Sizes, index: u64) -> Tally {
                 gain: Default::default(),
                 overbars: true,
                 merge_parallel: false,
+                scale: Default::default(),
             };
             step(
                 &Ezgkf::new(&settings, &problem).expect("the instance is valid"),
@@ -96,6 +97,7 @@ pub fn run(filter: Filter, s: &Sizes, index: u64) -> Tally {
                 gain: Default::default(),
                 overbars: true,
                 merge_parallel: false,
+                scale: Default::default(),
                 form: Default::default(),
             };
             step(

@@ -6,6 +6,7 @@
 
 use crate::system::{AnySystem, System};
 use serde::{Deserialize, Serialize};
+use zonobench_sets::covariance::{Fault, Scaled};
 use zonobench_sets::rounding::up;
 use zonobench_sets::{Interval, IntervalVector, Matrix};
 
@@ -58,10 +59,6 @@ fn fault(key: &'static str, expected: impl Into<String>, got: impl Into<String>)
         got: got.into(),
     }
 }
-
-/// How far Σ may be from symmetric and from positive semidefinite, relative to its largest entry:
-/// room for a covariance that was computed as a product, and no more.
-pub const COVARIANCE_TOLERANCE: f64 = 1e-12;
 
 impl Uncertain {
     /// The point `c`: nothing is uncertain.
@@ -242,8 +239,8 @@ impl Uncertain {
     }
 }
 
-/// Checks that `s` is n × n, finite, symmetric and positive semidefinite, the last two within
-/// [`COVARIANCE_TOLERANCE`] times the largest entry. `key` names it in the error.
+/// Checks that `s` is n × n, finite, symmetric and positive semidefinite, the last two as [`Scaled::check`] does:
+/// whatever the units of its components. `key` names it in the error.
 pub fn check_covariance(key: &'static str, s: &Matrix, n: usize) -> Result<(), UncertainError> {
     if (s.rows(), s.cols()) != (n, n) {
         return Err(fault(
@@ -253,34 +250,48 @@ pub fn check_covariance(key: &'static str, s: &Matrix, n: usize) -> Result<(), U
         ));
     }
     finite_matrix(key, s)?;
-    let scale = s.as_slice().iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-    let slack = COVARIANCE_TOLERANCE * scale;
-    for i in 0..n {
-        for j in 0..i {
-            if (s[(i, j)] - s[(j, i)]).abs() > slack {
-                let got = format!(
-                    "{} in row {}, column {} and {} in row {}, column {}",
-                    s[(i, j)],
-                    i + 1,
-                    j + 1,
-                    s[(j, i)],
-                    j + 1,
-                    i + 1
-                );
-                return Err(fault(key, "a symmetric matrix", got));
-            }
+    let semidefinite = "a positive semidefinite matrix";
+    let (expected, got) = match Scaled::new(s).check() {
+        Ok(()) => return Ok(()),
+        Err(Fault::Negative { i }) => {
+            let got = format!("the variance {} of component {}", shown(s[(i, i)]), i + 1);
+            (semidefinite, got)
         }
-    }
-    let smallest = s
-        .symmetric_eigen()
-        .0
-        .into_iter()
-        .fold(f64::INFINITY, f64::min);
-    if smallest < -slack * n as f64 {
-        let got = format!("the eigenvalue {smallest:.6}");
-        return Err(fault(key, "a positive semidefinite matrix", got));
-    }
-    Ok(())
+        Err(Fault::Asymmetric { i, j }) => {
+            let got = format!(
+                "{} in row {}, column {} and {} in row {}, column {}",
+                shown(s[(i, j)]),
+                i + 1,
+                j + 1,
+                shown(s[(j, i)]),
+                j + 1,
+                i + 1
+            );
+            ("a symmetric matrix", got)
+        }
+        Err(Fault::Correlation { i, j }) => {
+            let got = format!(
+                "the covariance {} of components {} and {}, whose variances are {} and {}",
+                shown(s[(i, j)]),
+                j + 1,
+                i + 1,
+                shown(s[(j, j)]),
+                shown(s[(i, i)])
+            );
+            (semidefinite, got)
+        }
+        Err(Fault::Eigenvalue { value }) => {
+            let got = format!("correlations whose matrix has the eigenvalue {value:.2e}");
+            (semidefinite, got)
+        }
+    };
+    Err(fault(key, expected, got))
+}
+
+/// The number in its shortest form, with an exponent where it is long without.
+fn shown(x: f64) -> String {
+    let text = format!("{x:?}");
+    text.strip_suffix(".0").map_or(text.clone(), Into::into)
 }
 
 fn finite_vector(key: &'static str, v: &[f64], n: usize) -> Result<(), UncertainError> {
@@ -433,7 +444,29 @@ mod tests {
         );
         assert_eq!(
             message(&covariance([[1.0, 2.0], [2.0, 1.0]]), 2),
-            "covariance: expected a positive semidefinite matrix, got the eigenvalue -1.000000"
+            "covariance: expected a positive semidefinite matrix, got the covariance 2 of components 1 and 2, \
+             whose variances are 1 and 1"
+        );
+        let wide = |rows: [[f64; 3]; 3]| {
+            let s = Matrix::from_rows(&rows).unwrap();
+            message(&Uncertain::gaussian(vec![0.0; 3], s), 3)
+        };
+        assert_eq!(
+            wide([[1e6, 0.0, 0.0], [0.0, 1e-8, 2e-8], [0.0, 2e-8, 1e-8]]),
+            "covariance: expected a positive semidefinite matrix, got the covariance 2e-8 of components 2 and 3, \
+             whose variances are 1e-8 and 1e-8"
+        );
+        assert_eq!(
+            wide([[1e6, 0.0, 0.0], [0.0, -2.96e-8, 0.0], [0.0, 0.0, 1.0]]),
+            "covariance: expected a positive semidefinite matrix, got the variance -2.96e-8 of component 2"
+        );
+        assert_eq!(
+            wide([
+                [1.0, 0.0009, 0.0009],
+                [0.0009, 1e-6, -9e-7],
+                [0.0009, -9e-7, 1e-6]
+            ]),
+            "covariance: expected a positive semidefinite matrix, got correlations whose matrix has the eigenvalue -8.00e-1"
         );
         assert!(
             covariance([[1.0, 2.0], [2.0, 4.0]]).validate(2).is_ok(),

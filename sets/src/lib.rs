@@ -36,6 +36,7 @@
 
 pub mod constrained_zonotope;
 pub mod containment;
+pub mod covariance;
 pub mod ellipsoid;
 pub mod error;
 pub mod interval_matrix;
@@ -52,6 +53,7 @@ pub mod reduction;
 pub mod rounding;
 pub mod se2;
 pub mod strip;
+pub mod units;
 pub mod zonotope;
 pub mod zonotopic_gaussian;
 

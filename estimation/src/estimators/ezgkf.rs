@@ -1,6 +1,7 @@
 //! EZGKF: the extended zonotopic and Gaussian Kalman filter.
 
 use super::mixed::{Gain, MixedBelief, MixedModel, MixedSettings};
+use super::scale::Scale;
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::{EstimationError, Problem};
 use serde::{Deserialize, Serialize};
@@ -26,6 +27,9 @@ pub struct EzgkfSettings {
     /// hence another weight tr(G Gᵀ) and another gain. Not in the paper; false unless given.
     #[serde(default)]
     pub merge_parallel: bool,
+    /// In which units generators are compared when the order is reduced, and |M| of Eq. (26) is taken; those of the state unless given.
+    #[serde(default, skip_serializing_if = "Scale::is_none")]
+    pub scale: Scale,
 }
 
 pub(super) fn with_overbars() -> bool {
@@ -41,6 +45,7 @@ impl EzgkfSettings {
             gain: self.gain,
             overbars: self.overbars,
             merge_parallel: self.merge_parallel,
+            scale: self.scale,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::ezgkf::{forecast_generators, with_overbars};
 use super::mixed::{Correction, Gain, MixedBelief, MixedModel, MixedSettings};
+use super::scale::Scale;
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::system::Embedding;
 use crate::{EstimationError, Problem};
@@ -41,6 +42,9 @@ pub struct EzgkpSettings {
     /// Which reading of the predictor.
     #[serde(default)]
     pub form: Form,
+    /// In which units generators are compared when the order is reduced, and |M| of Eq. (26) is taken; those of the state unless given.
+    #[serde(default, skip_serializing_if = "Scale::is_none")]
+    pub scale: Scale,
 }
 
 /// The predictor: its belief at k has read y_0 … y_{k−1}.
@@ -75,6 +79,7 @@ impl Ezgkp {
             gain: settings.gain,
             overbars: settings.overbars,
             merge_parallel: settings.merge_parallel,
+            scale: settings.scale,
         };
         Ok(Self {
             model: MixedModel::new("ezgkp", mixed, problem)?,

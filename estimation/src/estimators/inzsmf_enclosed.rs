@@ -113,7 +113,8 @@ impl Enclosed {
         let error = match filter.settings.reduction {
             PoseReduction::Girard => girard::reduce_scaled(&belief.error, s),
             PoseReduction::Outer | PoseReduction::PaperTables => {
-                combastel::reduce(&belief.error, s)
+                let reduce = |z: &Zonotope| combastel::reduce(z, s);
+                filter.units.zonotope(&belief.error, reduce)
             }
         };
         let error = error.map_err(EstimationError::at(k, "reduction"))?;

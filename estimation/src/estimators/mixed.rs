@@ -6,6 +6,7 @@
 //! probability, and rounding is plain.
 
 use super::linear_output::{LinearOutput, complement, congruence, gain};
+use super::scale::{Scale, Units};
 use crate::error::finite_vector;
 use crate::estimator::{Belief, Containment, Measurement, Shape, Size, box_contains};
 use crate::system::Embedding;
@@ -23,7 +24,7 @@ pub enum Gain {
     /// R^zg = (1 − η) Gᵛ Gᵛᵀ + η R: the minimiser of [dePaula, Eq. (18)], as in [dePaula, Eq. (31)].
     #[default]
     Optimal,
-    /// R^zg = (1 − η) Gᵛ + η R with Gᵛ not squared. Not optimal; it is here because the paper's Table III
+    /// R^zg = (1 − η) Gᵛ + η R with Gᵛ not squared. Not optimal, and a sum of numbers of different units; it is here because the paper's Table III
     /// agrees with it and not with its own Eq. (31). Needs a square symmetric Gᵛ.
     Unsquared,
 }
@@ -103,6 +104,7 @@ pub(super) struct MixedSettings {
     pub gain: Gain,
     pub overbars: bool,
     pub merge_parallel: bool,
+    pub scale: Scale,
 }
 
 /// Directions that differ by less are those of parallel generators: room for the rounding that
@@ -125,6 +127,7 @@ pub(super) struct MixedModel {
     /// Q, n × n.
     q: Matrix,
     pub prior: MixedBelief,
+    units: Units,
 }
 
 impl MixedModel {
@@ -214,6 +217,7 @@ impl MixedModel {
             gw: problem.w.generator_matrix(),
             w_mean: problem.w.mixed_mean(),
             q: problem.w.covariance_matrix(),
+            units: settings.scale.units(&problem.prior),
             prior: MixedBelief::new(
                 problem.prior.mixed_mean(),
                 problem.prior.generator_matrix(),
@@ -254,11 +258,13 @@ impl MixedModel {
 
     /// The covariance forecast, see [`covariance_bound`].
     pub fn forecast_covariance(&self, f0: &Matrix, a: &[Matrix], p: &Matrix) -> Matrix {
-        covariance_bound(f0, a, p, &self.q, self.settings.overbars)
+        let units = self.units.as_slice();
+        covariance_bound_in(units, f0, a, p, &self.q, self.settings.overbars)
     }
 
     /// The optimal gain K = P^zg Cᵀ S⁻¹ with P^zg = (1 − η) G Gᵀ + η P, S = C P^zg Cᵀ + R^zg. It
-    /// minimises (1 − η) tr(G₊ G₊ᵀ) + η tr(P₊). [dePaula, Theorem 1, Eqs. (29)-(32)]
+    /// minimises (1 − η) tr(G₊ G₊ᵀ) + η tr(P₊), and any other weighting of the components too, so that their units do
+    /// not matter. [dePaula, Theorem 1, Eqs. (29)-(32)]
     ///
     /// `rows` are the rows of y that `output` holds.
     fn gain(
@@ -335,7 +341,9 @@ impl MixedModel {
     /// At most φ generators, by [`combastel::reduce_columns`].
     pub fn reduce_order(&self, mut belief: MixedBelief) -> MixedBelief {
         if belief.state.generators() > self.settings.phi {
-            let g = combastel::reduce_columns(belief.state.g(), self.settings.phi);
+            let g = self.units.columns(belief.state.g(), |g| {
+                combastel::reduce_columns(g, self.settings.phi)
+            });
             belief.state = belief.state.with_generators(g);
         }
         belief
@@ -355,7 +363,14 @@ pub(super) struct Correction {
 
 /// |M| = V |Λ| Vᵀ for the symmetric M = V Λ Vᵀ: the least upper bound of ±M that commutes with M.
 /// [dePaula, Lemma 1]
-fn absolute(m: &Matrix) -> Matrix {
+///
+/// It depends on the components' units: with U = diag(`units`), U |U⁻¹ M U⁻¹| U, which bounds ±M as well.
+fn absolute(m: &Matrix, units: Option<&[f64]>) -> Matrix {
+    if let Some(u) = units {
+        let scaled = Matrix::from_fn(m.rows(), m.cols(), |i, j| m[(i, j)] / u[i] / u[j]);
+        let bound = absolute(&scaled, None);
+        return Matrix::from_fn(m.rows(), m.cols(), |i, j| bound[(i, j)] * u[i] * u[j]);
+    }
     let (values, vectors) = m.symmetric_eigen();
     let magnitudes: List<f64> = values.iter().map(|x| x.abs()).collect();
     congruence(&vectors, &Matrix::diagonal(&magnitudes))
@@ -365,12 +380,24 @@ fn absolute(m: &Matrix) -> Matrix {
 ///
 /// F₀ P F₀ᵀ + Q + Σ_i [ |F₀ P A_iᵀ + A_i P F₀ᵀ| + A_i P A_iᵀ ] + Σ_{i<j} |A_i P A_jᵀ + A_j P A_iᵀ|,
 ///
-/// with |M| = V |Λ| Vᵀ. All n × n; P and Q symmetric positive semidefinite. With `overbars` false the
+/// with |M| = V |Λ| Vᵀ, which depends on the components' units (the setting `scale`). All n × n; P and Q symmetric positive semidefinite. With `overbars` false the
 /// bars are left out, which is the covariance at δ = (1, …, 1) alone and bounds nothing else.
 ///
 /// Source: [dePaula, Eq. (26), Proposition 2, Lemma 1]; δ_i² ≤ 1 multiplies a positive semidefinite
 /// matrix, so A_i P A_iᵀ needs no bar.
 pub fn covariance_bound(
+    f0: &Matrix,
+    a: &[Matrix],
+    p: &Matrix,
+    q: &Matrix,
+    overbars: bool,
+) -> Matrix {
+    covariance_bound_in(None, f0, a, p, q, overbars)
+}
+
+/// [`covariance_bound`] with |M| taken in `units`.
+fn covariance_bound_in(
+    units: Option<&[f64]>,
     f0: &Matrix,
     a: &[Matrix],
     p: &Matrix,
@@ -383,7 +410,11 @@ pub fn covariance_bound(
         // M + Mᵀ = 2 · symmetric part.
         let mut cross = left.mul(p).mul_transpose(right);
         cross.symmetrize();
-        let cross = if overbars { absolute(&cross) } else { cross };
+        let cross = if overbars {
+            absolute(&cross, units)
+        } else {
+            cross
+        };
         bound.add_assign(&cross.scale(2.0));
     };
     for (i, ai) in a.iter().enumerate() {

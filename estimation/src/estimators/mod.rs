@@ -12,6 +12,7 @@ mod kalman;
 mod linear_output;
 mod mixed;
 mod pose_zonotope;
+mod scale;
 mod set_membership;
 mod vehicle_filter;
 mod width_bound;
@@ -32,6 +33,7 @@ pub use inzsmf_enclosed::Enclosed;
 pub use kalman::{Gaussian, Kalman, KalmanSettings};
 pub use mixed::{Gain, MixedBelief, covariance_bound};
 pub use pose_zonotope::{Coordinates, PoseZonotope};
+pub use scale::Scale;
 pub use set_membership::{ConstrainedBelief, ZonotopeBelief};
 pub use vehicle_filter::{
     Poles, PoseGain, PoseReduction, Remainder, Side, Transient, Transition, VehicleFilterSettings,

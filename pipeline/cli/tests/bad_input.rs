@@ -80,7 +80,7 @@ fn a_wrong_experiment_is_refused_at_its_line() {
             "covariance = [[10.0, 0.0], [0.0, 10.0]]",
             "covariance = [[1.0, 2.0], [2.0, 1.0]]",
             "covariance",
-            &["prior.covariance: expected a positive semidefinite matrix, got the eigenvalue -1"],
+            &["prior.covariance: expected a positive semidefinite matrix, got the covariance 2 of"],
         ),
         (
             "phi = 20",

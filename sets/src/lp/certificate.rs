@@ -22,7 +22,7 @@
 //! **Emptiness.** With d = 0 a feasible ξ gives 0 ≤ bᵀz + |z|ᵀδ + ‖Aᵀz‖₁ for every z; so if
 //! U(0, −y) < 0 there is none.
 //!
-//! **Scaling.** Rows are multiplied by powers of two that bring their largest coefficient into [1, 2).
+//! **Scaling.** Rows, and a direction, are multiplied by powers of two that bring their largest coefficient into [1, 2).
 //! It is exact, because a row is only scaled if scaling back returns every entry; so the scaled rows
 //! describe the same set, and everything here is about them.
 
@@ -242,7 +242,7 @@ impl Program {
 }
 
 /// The power of two that brings the largest |a_j| into [1, 2), or 1 where that would not be exact.
-fn row_scale(row: &[f64], b: f64, delta: f64) -> f64 {
+pub(super) fn row_scale(row: &[f64], b: f64, delta: f64) -> f64 {
     let largest = row.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     if !largest.is_normal() {
         return 1.0;

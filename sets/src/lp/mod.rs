@@ -5,7 +5,7 @@
 //! max dᵀξ  subject to  |Aξ − b| ≤ δ, |ξ| ≤ 1,
 //!
 //! with few rows, some more columns, and many directions d over the same rows. [`LinearProgram`]
-//! holds the rows, each scaled by a power of two (which is exact), and solves with a bounded dual
+//! holds the rows and the direction, each scaled by a power of two (which is exact), and solves with a bounded dual
 //! simplex (`simplex`) that keeps its basis from one direction to the next. What it reports is never
 //! the simplex's own objective: it is a bound computed from the multipliers y alone (`certificate`),
 //! valid for any y, so a bad pivot, drift or an early stop can only make it wider.
@@ -22,7 +22,7 @@ mod simplex;
 
 use crate::matrix::abs_sum;
 use crate::{List, Matrix, SetError, ops, rounding};
-use certificate::Program;
+use certificate::{Program, row_scale};
 use simplex::{FEASIBLE, Outcome, STRICT, Simplex};
 
 /// Work done by a [`LinearProgram`] since it was made.
@@ -77,6 +77,8 @@ pub struct LinearProgram {
     multipliers: List<f64>,
     /// d − Aᵀy, one entry a column.
     residual: List<f64>,
+    /// The power of two that the present direction was multiplied by: tolerances are about coefficients near 1.
+    direction_scale: f64,
     /// b − Aξ, one entry a row.
     row_residual: List<f64>,
     direction: List<f64>,
@@ -123,6 +125,7 @@ impl LinearProgram {
         self.residual.resize(self.program.stride(), 0.0);
         self.direction.clear();
         self.direction.resize(self.program.stride(), 0.0);
+        self.direction_scale = 1.0;
         self.proved_empty = false;
     }
 
@@ -159,7 +162,10 @@ impl LinearProgram {
         if let Some(&value) = d.iter().find(|x| !x.is_finite()) {
             return Err(SetError::NotFinite { op: OP, value });
         }
-        self.direction[..d.len()].copy_from_slice(d);
+        self.direction_scale = row_scale(d, 0.0, 0.0);
+        for (t, &x) in self.direction.iter_mut().zip(d) {
+            *t = x * self.direction_scale;
+        }
         self.work.programs += 1;
         let _kernel = ops::kernel(ops::Kernel::Program);
         ops::program(self.rows(), self.cols());
@@ -187,7 +193,10 @@ impl LinearProgram {
             self.work.unfinished += 1;
             upper = upper.min(self.fallback()?);
         }
-        Ok(Maximum { upper, optimal })
+        Ok(Maximum {
+            upper: unscaled_up(upper, self.direction_scale),
+            optimal,
+        })
     }
 
     /// Runs the simplex on `direction`; a row that no point satisfies is tried as a proof of emptiness
@@ -250,6 +259,7 @@ impl LinearProgram {
             });
         }
         self.direction[..d.len()].copy_from_slice(d);
+        self.direction_scale = 1.0;
         Ok(self.fallback()?.min(rounding::up(abs_sum(d), d.len())))
     }
 
@@ -293,6 +303,7 @@ impl LinearProgram {
             }
         }
         self.direction[..d.len()].copy_from_slice(d);
+        self.direction_scale = 1.0;
         self.program.scaled(y, &mut self.multipliers);
         Ok(self
             .program
@@ -341,6 +352,7 @@ impl LinearProgram {
         }
         // Any direction does; one without ties keeps the dual simplex from stalling.
         let n = self.cols();
+        self.direction_scale = 1.0;
         for (j, d) in self.direction[..n].iter_mut().enumerate() {
             let wave = ((j * 37 + 11) % 64) as f64 / 64.0 - 0.4921875;
             *d = wave;
@@ -384,7 +396,9 @@ impl LinearProgram {
 
     /// The multipliers y of the last program, one a row, in the units of the rows loaded.
     pub fn multipliers(&self) -> Vec<f64> {
-        self.program.unscaled(&self.multipliers)
+        let mut y = self.program.unscaled(&self.multipliers);
+        y.iter_mut().for_each(|y| *y /= self.direction_scale);
+        y
     }
 
     /// The point ξ that the simplex ended with: a vertex up to rounding, clamped to |ξ| ≤ 1. Not a proof
@@ -392,6 +406,16 @@ impl LinearProgram {
     pub fn point(&mut self) -> &[f64] {
         self.simplex.point(&mut self.point);
         &self.point
+    }
+}
+
+/// ⌈`upper`/`scale`⌉ for a power of two: exact unless it underflows.
+fn unscaled_up(upper: f64, scale: f64) -> f64 {
+    let own = upper / scale;
+    if own.is_finite() && own * scale < upper {
+        own.next_up()
+    } else {
+        own
     }
 }
 

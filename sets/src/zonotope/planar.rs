@@ -6,7 +6,7 @@
 
 use super::{Zonotope, same};
 use crate::rounding::gamma;
-use crate::{Containment, Interval, List, Matrix, SetError};
+use crate::{Containment, Interval, List, Matrix, SetError, units};
 
 impl Zonotope {
     /// The vertices of a zonotope of the plane, counter-clockwise from the lowest (of two lowest, the
@@ -17,7 +17,9 @@ impl Zonotope {
     /// measuring, not a bound; r does not enter. Fails with `Dimension` unless n = 2.
     pub fn vertices(&self) -> Result<Vec<[f64; 2]>, SetError> {
         same("vertices", 2, self.dim())?;
-        let edges = edges(sorted(upper_half(&self.g)));
+        // In units of the rows no product of two components overflows or vanishes.
+        let units = units::of_rows(&self.g);
+        let edges = edges(sorted(upper_half(&units::divided_rows(&self.g, &units))));
         let [x, y] = [self.c[0], self.c[1]];
         if edges.is_empty() {
             return Ok(vec![[x, y]]);
@@ -30,20 +32,22 @@ impl Zonotope {
             offsets.push(offset);
             offset = [offset[0] + 2.0 * e[0], offset[1] + 2.0 * e[1]];
         }
-        let there = offsets.iter().map(|o| [x + o[0], y + o[1]]);
-        let back = offsets.iter().map(|o| [x - o[0], y - o[1]]);
+        let own = |o: &[f64; 2]| [o[0] * units[0], o[1] * units[1]];
+        let there = offsets.iter().map(own).map(|o| [x + o[0], y + o[1]]);
+        let back = offsets.iter().map(own).map(|o| [x - o[0], y - o[1]]);
         Ok(there.chain(back).collect())
     }
 
     /// The area of ⟨c, G⟩ in the plane, 4 Σ_{i<j} |det(g_i, g_j)|, from the sums of the sorted generators.
     pub(super) fn area(&self) -> f64 {
+        let units = units::of_rows(&self.g);
         let mut before = [0.0, 0.0];
         let mut area = 0.0;
-        for h in sorted(upper_half(&self.g)) {
+        for h in sorted(upper_half(&units::divided_rows(&self.g, &units))) {
             area += (before[0] * h[1] - before[1] * h[0]).max(0.0);
             before = [before[0] + h[0], before[1] + h[1]];
         }
-        4.0 * area
+        units::times(4.0 * area, &units)
     }
 
     /// Whether the set contains c + o for every o in the box `offset`, n = 2.
@@ -78,7 +82,8 @@ impl Zonotope {
             let least = (vertex(0) * d[0] + vertex(1) * d[1]).lo();
             let reach = (offset[0] * d[0] + offset[1] * d[1]).abs();
             inside &= reach.hi() <= least;
-            let excess = (reach.lo() - least) / (d[0].abs() + d[1].abs());
+            // Beside the largest that reach can be in the set, whatever the units.
+            let excess = (reach.lo() - least) / (d[0].abs() * radius[0] + d[1].abs() * radius[1]);
             if excess > best.map_or(0.0, |(e, _)| e) {
                 best = Some((excess, d));
             }
@@ -171,6 +176,28 @@ fn edges(sorted: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_hexagon_is_one_at_any_size() {
+        for (s, t) in [
+            (1.0, 1.0),
+            (1e160, 1e160),
+            (1e-170, 1e-170),
+            (1e160, 1e-170),
+            (1e3, 1e-3),
+        ] {
+            let z = zonotope([0.0, 0.0], &[&[s, 0.0, s], &[0.0, t, t]]);
+            let v = z.vertices().unwrap();
+            assert_eq!(v.len(), 6, "{s:e} {t:e}");
+            assert!(
+                v.contains(&[2.0 * s, 2.0 * t]) && v.contains(&[2.0 * s, 0.0]),
+                "{v:?}"
+            );
+            if s * t > 0.0 && s * t < 1e300 {
+                assert!((z.volume().unwrap() / (12.0 * (s * t)) - 1.0).abs() < 1e-15);
+            }
+        }
+    }
 
     fn zonotope(c: [f64; 2], rows: &[&[f64]]) -> Zonotope {
         Zonotope::new(c.to_vec(), Matrix::from_rows(rows).unwrap()).unwrap()

@@ -145,7 +145,7 @@ fn an_unknown_key_is_refused_with_a_suggestion() {
     assert_eq!(
         refused("phi = 20", "pi = 20\nphi = 20"),
         "x.toml:33: estimator.mixed.pi: unknown key in estimator.mixed: expected id, kind, prior, noise, phi, eta, \
-         alpha, gain, overbars, merge_parallel, got \"pi\" [did you mean \"phi\"?]"
+         alpha, gain, overbars, merge_parallel, scale, got \"pi\" [did you mean \"phi\"?]"
     );
     assert_eq!(
         refused("runs = 30", "run = 30"),
@@ -273,7 +273,7 @@ fn a_covariance_that_is_none_is_refused() {
             "covariance = [[10.0, 0.0], [0.0, 10.0]]",
             "covariance = [[1.0, 2.0], [2.0, 1.0]]"
         ),
-        "x.toml:15: prior.covariance: expected a positive semidefinite matrix, got the eigenvalue -1.000000"
+        "x.toml:15: prior.covariance: expected a positive semidefinite matrix, got the covariance 2 of components 1 and 2, whose variances are 1 and 1"
     );
 }
 
