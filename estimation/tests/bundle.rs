@@ -343,6 +343,35 @@ fn vehicle() -> Problem {
 }
 
 #[test]
+fn a_known_process_noise_that_turns_with_the_heading_is_taken_for_what_it_is() {
+    let mut draws = Draws::new(46);
+    let problem = Problem {
+        w: Uncertain::point(vec![0.05, 0.5, -0.25]),
+        ..vehicle()
+    };
+    let path = simulate(&problem, 3, &mut draws, true);
+    for settings in METHODS {
+        volumes(settings, &problem, &path);
+    }
+}
+
+#[test]
+fn a_belief_judges_its_set_and_not_its_outline() {
+    // The prior is a square in a plane of space, of which no facet of its outline is the plane's edge.
+    let g = Matrix::from_rows(&[[1.0, 1.0], [1.0, -1.0], [0.0, 0.0]]).unwrap();
+    let problem = Problem {
+        prior: Uncertain::zonotope(vec![0.0; 3], g),
+        ..unicycle()
+    };
+    for settings in METHODS {
+        let belief = estimator(settings, &problem).prior();
+        let at = |x: [f64; 3]| belief.contains(&x.map(Interval::point));
+        assert_eq!(at([1.9, 1.9, 0.0]), Containment::Outside, "{settings}");
+        assert_eq!(at([0.5, 0.5, 0.0]), Containment::Inside, "{settings}");
+    }
+}
+
+#[test]
 fn noises_of_any_shape_lose_no_truth_and_are_not_taken_for_their_boxes() {
     let mut draws = Draws::new(45);
     for (problem, runs, added) in [

@@ -426,10 +426,6 @@ pub(super) struct Correction {
 /// |M| = V |Λ| Vᵀ for the symmetric M = V Λ Vᵀ: the least upper bound of ±M that commutes with M.
 /// [dePaula, Lemma 1]
 fn absolute(m: &Matrix) -> Matrix {
-    if !m.is_finite() {
-        // The forecast overflows, which its caller says.
-        return m.clone();
-    }
     let (values, vectors) = m.symmetric_eigen();
     let magnitudes: List<f64> = values.iter().map(|x| x.abs()).collect();
     congruence(&vectors, &Matrix::diagonal(&magnitudes))
