@@ -7,8 +7,8 @@ use draws::Draws;
 use zonobench_estimation::estimators::PolytopeBelief;
 use zonobench_estimation::systems::{Form, Linear, QuotientForm, Raimondo, Unicycle, VehicleSe2};
 use zonobench_estimation::{
-    AnyBelief, AnyEstimator, AnySystem, Belief, EstimationError, EstimatorSettings, Problem,
-    System, Uncertain, track,
+    AnyBelief, AnyEstimator, AnySystem, Belief, EstimationError, Estimator, EstimatorSettings,
+    Problem, System, Uncertain, track,
 };
 use zonobench_sets::{Containment, Interval, Matrix};
 

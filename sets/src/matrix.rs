@@ -607,18 +607,22 @@ impl Matrix {
         x
     }
 
-    /// M⁺, the Moore–Penrose inverse (Mᵀ M)⁻¹ Mᵀ of a matrix of full column rank, by SVD.
+    /// M⁺, the Moore–Penrose inverse (Mᵀ M)⁻¹ Mᵀ of a matrix of full column rank, by SVD. Singular values below
+    /// `max(rows, cols) · ε · σ_max` are taken for 0.
     ///
-    /// Columns whose sizes are far apart are scaled by powers of two first, which M⁺ = D (M D)⁺ allows where the
-    /// column rank is full. Fails with `NotFinite`, or `Singular` where the iteration ends without a result or
-    /// M⁺ is not finite.
+    /// Where that takes rank away, or the entries are far from 1, the columns are scaled by powers of two first, which
+    /// M⁺ = D (M D)⁺ allows where the column rank is full. Fails with `NotFinite`, or `Singular` where the iteration ends
+    /// without a result or M⁺ is not finite.
     pub fn pseudo_inverse(&self) -> Result<Matrix, SetError> {
-        const OP: &str = "pseudo-inverse";
         if self.data.is_empty() {
             return Ok(Self::zeros(self.cols, self.rows));
         }
-        if self.is_moderate() || self.cols > self.rows {
-            return self.unscaled_pseudo_inverse();
+        let scalable = self.cols <= self.rows;
+        if self.is_moderate() || !scalable {
+            let (inverse, full) = self.unscaled_pseudo_inverse()?;
+            if full || !scalable {
+                return Ok(inverse);
+            }
         }
         let powers: Vec<i32> = (0..self.cols)
             .map(|j| -exponent((0..self.rows).map(|i| self[(i, j)])))
@@ -626,29 +630,32 @@ impl Matrix {
         let scaled = Self::from_fn(self.rows, self.cols, |i, j| {
             shifted(self[(i, j)], powers[j])
         });
-        let inverse = scaled.unscaled_pseudo_inverse()?;
+        let (inverse, _) = scaled.unscaled_pseudo_inverse()?;
         let inverse = Self::from_fn(self.cols, self.rows, |i, j| {
             shifted(inverse[(i, j)], powers[i])
         });
         match inverse.is_finite() {
             true => Ok(inverse),
-            false => Err(SetError::Singular { op: OP }),
+            false => Err(SetError::Singular {
+                op: "pseudo-inverse",
+            }),
         }
     }
 
-    /// M⁺ without a scaling of columns.
-    fn unscaled_pseudo_inverse(&self) -> Result<Matrix, SetError> {
+    /// M⁺ without a scaling of columns, and whether all singular values counted.
+    fn unscaled_pseudo_inverse(&self) -> Result<(Matrix, bool), SetError> {
         const SINGULAR: SetError = SetError::Singular {
             op: "pseudo-inverse",
         };
-        let (svd, e) = self.svd(true)?;
         let largest = self.singular_values()?.first().copied().unwrap_or(0.0);
+        let (svd, e) = self.svd(true)?;
         let cut = shifted(largest, e) * f64::EPSILON * self.rows.max(self.cols) as f64;
+        let full = svd.singular_values.iter().all(|&x| x > cut);
         let inverse = svd.pseudo_inverse(cut).map_err(|_| SINGULAR)?;
         // (2^e M)⁺ = 2⁻ᵉ M⁺
         let inverse = Self::from_nalgebra(&inverse).map(|x| shifted(x, e));
         match inverse.is_finite() {
-            true => Ok(inverse),
+            true => Ok((inverse, full)),
             false => Err(SINGULAR),
         }
     }

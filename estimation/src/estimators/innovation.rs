@@ -147,7 +147,14 @@ impl Range {
             }
             rank += 1;
         }
-        if order[rank..].iter().any(|&i| left[(i, i)] < -cut(i)) {
+        // What is left of a semidefinite matrix without variances has no covariances either.
+        let rest = &order[rank..];
+        let beyond = |i: usize, j: usize| left[(i, j)].abs() > cut(i).sqrt() * cut(j).sqrt();
+        if rest.iter().any(|&i| left[(i, i)] < -cut(i))
+            || rest
+                .iter()
+                .any(|&i| rest.iter().any(|&j| i != j && beyond(i, j)))
+        {
             return Err(SetError::Singular {
                 op: "covariance of the innovation",
             });
@@ -287,5 +294,6 @@ mod tests {
         let s = matrix(&[&[1.0, 2.0], &[2.0, 1.0]]);
         assert!(Range::of(&s, &[0.0, 0.0]).is_err());
         assert!(Range::of(&matrix(&[&[-1.0]]), &[0.0]).is_err());
+        assert!(Range::of(&matrix(&[&[0.0, 1.0], &[1.0, 0.0]]), &[0.0, 0.0]).is_err());
     }
 }
