@@ -20,7 +20,7 @@ pub struct Uncertain {
     pub center: Vec<f64>,
     /// G, n × p.
     pub generators: Option<Matrix>,
-    /// The exact bounds, where the set was given as a box; center and generators then enclose it.
+    /// The exact bounds, where the set was given as a box; center and the generators along axes then enclose it.
     pub bounds: Option<IntervalVector>,
     /// A (q × p) and b (q): only the ξ with A ξ = b belong to the set.
     pub constraints: Option<(Matrix, Vec<f64>)>,
@@ -191,6 +191,23 @@ impl Uncertain {
         sides.collect()
     }
 
+    /// Whether the generators along axis `i` reach both ends of `side` from the center, certainly.
+    fn covers(&self, i: usize, side: Interval) -> bool {
+        let c = self.center[i];
+        let needed = difference_up(side.hi(), c).max(difference_up(c, side.lo()));
+        let Some(g) = &self.generators else {
+            return needed <= 0.0;
+        };
+        let along = (0..g.cols()).filter(|&j| {
+            let other = |l: usize| l != i && g[(l, j)] != 0.0;
+            g[(i, j)] != 0.0 && !(0..g.rows()).any(other)
+        });
+        let reach = along.fold(Interval::ZERO, |sum, j| {
+            sum + Interval::point(g[(i, j)].abs())
+        });
+        needed <= reach.lo()
+    }
+
     /// Checks every part against dimension `n`: shapes, finite numbers, symmetry and definiteness.
     pub fn validate(&self, n: usize) -> Result<(), UncertainError> {
         finite_vector("center", &self.center, n)?;
@@ -211,6 +228,15 @@ impl Uncertain {
                 "box",
                 format!("{n} pairs [lower, upper]"),
                 bounds.dim().to_string(),
+            ));
+        }
+        if let Some(bounds) = &self.bounds
+            && let Some(i) = (0..n).find(|&i| !self.covers(i, bounds[i]))
+        {
+            return Err(fault(
+                "box",
+                "bounds that the center and the generators along axes enclose",
+                format!("{:?} in component {}", bounds[i], i + 1),
             ));
         }
         if let Some((a, b)) = &self.constraints {

@@ -361,6 +361,36 @@ fn a_gain_that_may_not_exist_is_refused() {
 }
 
 #[test]
+fn bounds_that_the_generators_do_not_reach_are_refused() {
+    let prior = problem().prior;
+    let widened = |hi: f64| {
+        let mut prior = prior.clone();
+        let bounds = prior.bounds.as_mut().unwrap();
+        let (mut lower, mut upper) = (bounds.lower(), bounds.upper());
+        lower[0] = lower[0].min(-hi);
+        upper[0] = upper[0].max(hi);
+        *bounds = zonobench_sets::IntervalVector::from_bounds(&lower, &upper).unwrap();
+        Problem { prior, ..problem() }
+    };
+    assert!(problem().validate().is_ok());
+    let text = serde_json::to_string(&widened(1e3)).unwrap();
+    let read: Problem = serde_json::from_str(&text).unwrap();
+    let error = read.validate().unwrap_err().to_string();
+    assert!(error.contains("prior.box: expected bounds that"), "{error}");
+    // Generators whose hull is the box, and which are not the box.
+    let mut inclined = problem().prior;
+    inclined.generators = Some(m(&[[0.5, 0.5], [0.5, 0.5]]));
+    inclined.center = vec![0.0; 2];
+    inclined.bounds =
+        Some(zonobench_sets::IntervalVector::from_bounds(&[-1.0; 2], &[1.0; 2]).unwrap());
+    let inclined = Problem {
+        prior: inclined,
+        ..problem()
+    };
+    assert!(inclined.validate().is_err());
+}
+
+#[test]
 fn a_covariance_that_is_none_is_refused() {
     let with = |p: Matrix| {
         let prior = Uncertain {
@@ -379,20 +409,6 @@ fn a_covariance_that_is_none_is_refused() {
         message.contains("prior") && message.contains("semidefinite"),
         "{message}"
     );
-    let v = Uncertain {
-        covariance: Some(Matrix::zeros(2, 2)),
-        ..problem().v
-    };
-    let prior = Uncertain {
-        covariance: Some(Matrix::zeros(2, 2)),
-        ..problem().prior
-    };
-    let singular = Problem {
-        v,
-        prior,
-        ..problem()
-    };
-    assert!(refusal(r#"{"kind": "kalman"}"#, &singular).contains("`noise.v.covariance` must be"));
     let none = Problem {
         w: Uncertain::point(vec![0.0; 2]),
         ..problem()

@@ -216,7 +216,7 @@ table! {
         steps: i64, "1", "sets that were judged";
         lost: i64, "1", "sets that certainly do not hold the truth, or were called empty";
         empty: i64, "1", "of the lost, those that were called empty";
-        rate_hi: f64, "1", "upper Clopper-Pearson bound on the rate of lost sets at 95 %";
+        rate_hi: f64, "1", "upper Clopper-Pearson bound on the rate of lost sets at 95 %, the sets taken for independent";
         undecided: i64, "1", "sets of which it is not certain whether they hold the truth; of the intersections, empty sets not called so";
         refused: i64, "1", "runs that ended early without a set: refused, or the set reached where the model is not defined";
         guaranteed: bool, "1", "whether none may be lost";

@@ -47,7 +47,8 @@ pub enum Emptiness {
     /// Proved empty: some y has bᵀy − ‖Aᵀy‖₁ − |y|ᵀδ > 0 after all rounding is charged.
     Empty,
     /// A point ξ with |ξ| ≤ 1 and |Aξ − b| ≤ δ + σ was verified, where
-    /// σ_i = 2γ_{n+2}(|A_i|1 + |b_i|) + 2η is the rounding of checking row i.
+    /// σ_i = 2γ_{n+2}(|A_i|1 + |b_i|) + 2η is the rounding of checking row i, η as it is in the row scaled by the power of
+    /// two that brings its largest coefficient near 1.
     NonEmpty(List<f64>),
     /// Neither could be proved.
     Undecided {
@@ -169,8 +170,17 @@ impl LinearProgram {
         self.work.programs += 1;
         let _kernel = ops::kernel(ops::Kernel::Program);
         ops::program(self.rows(), self.cols());
+        if self.cols() == 0 && self.emptiness_of_constants(&[]) == Emptiness::Empty {
+            self.proved_empty = true;
+        }
         if self.proved_empty {
             return Err(SetError::Empty { op: OP });
+        }
+        if self.cols() == 0 {
+            return Ok(Maximum {
+                upper: 0.0,
+                optimal: true,
+            });
         }
         let mut outcome = self.solve(FEASIBLE);
         if self.proved_empty {
@@ -318,6 +328,9 @@ impl LinearProgram {
 
     /// As [`LinearProgram::emptiness`], but a point counts only if it keeps |Aξ − b| + reserve ≤ δ + σ.
     pub(crate) fn emptiness_with_reserve(&mut self, reserve: &[f64]) -> Emptiness {
+        if self.cols() == 0 {
+            return self.emptiness_of_constants(reserve);
+        }
         let mut margin = match self.point_with_reserve(reserve) {
             Emptiness::Undecided { margin } => margin,
             decided => return decided,
@@ -347,6 +360,9 @@ impl LinearProgram {
 
     /// As [`LinearProgram::emptiness_with_reserve`], by the simplex alone.
     pub(crate) fn point_with_reserve(&mut self, reserve: &[f64]) -> Emptiness {
+        if self.cols() == 0 {
+            return self.emptiness_of_constants(reserve);
+        }
         if self.proved_empty {
             return Emptiness::Empty;
         }
@@ -384,6 +400,25 @@ impl LinearProgram {
             }
         }
         Emptiness::Undecided { margin }
+    }
+
+    /// Emptiness without a column: each row says |b_i| ≤ δ_i.
+    fn emptiness_of_constants(&mut self, reserve: &[f64]) -> Emptiness {
+        for i in 0..self.rows() {
+            self.multipliers.fill(0.0);
+            self.multipliers[i] = self.program.right_side()[i].signum();
+            if self.program.farkas(&self.multipliers, &mut self.residual) > 0.0 {
+                self.proved_empty = true;
+                return Emptiness::Empty;
+            }
+        }
+        self.multipliers.fill(0.0);
+        let margin = self.program.missing(&[], reserve, &mut self.row_residual);
+        if margin <= 0.0 {
+            Emptiness::NonEmpty(List::new())
+        } else {
+            Emptiness::Undecided { margin }
+        }
     }
 
     /// Whether |Aξ − b| + reserve ≤ δ + σ was verified for this ξ, |ξ| ≤ 1, with the σ of

@@ -37,6 +37,12 @@ const FREE_SLACK: f64 = 1e-10;
 /// A pivot smaller than this, relative to the largest candidate, is passed over for an earlier breakpoint.
 const WEAK: f64 = 1e-6;
 
+/// The part of `x` above 0, which is never −0: [`f64::max`] leaves the sign of zero open.
+#[inline]
+fn positive(x: f64) -> f64 {
+    if x > 0.0 { x } else { 0.0 }
+}
+
 /// Pivots after which the tableau is rebuilt before the next program.
 const TIRED: u64 = 400;
 
@@ -641,7 +647,7 @@ fn step_limit(slope: &[f64], gap: &[f64], range: &[f64], excess: f64) -> f64 {
     for k in 0..SAMPLE {
         let j = k * n / SAMPLE;
         if slope[j] > PIVOT {
-            steps[count] = gap[j].max(0.0) / slope[j];
+            steps[count] = positive(gap[j]) / slope[j];
             total += 2.0 * range[j] * slope[j];
             count += 1;
         }
@@ -683,7 +689,7 @@ fn collect(
     let mut total = 0.0;
     for p in &mut points[..count] {
         let j = p.column;
-        p.step = gap[j].max(0.0) / slope[j];
+        p.step = positive(gap[j]) / slope[j];
         p.fall = 2.0 * range[j] * slope[j];
         total += p.fall;
     }

@@ -259,8 +259,11 @@ impl Polytope {
         Self::new(hull, [&self.slabs[..], &other.slabs].concat())
     }
 
-    /// Whether the point that the box `x` holds is in the polytope.
+    /// Whether the point that the box `x` holds is in the polytope. `Undecided` where `x` has not n components.
     pub fn contains(&self, x: &[Interval]) -> Containment {
+        if x.len() != self.dim() {
+            return Containment::Undecided;
+        }
         let mut verdict = Containment::Inside;
         let sides = self.hull.iter().copied().zip(x.iter().copied());
         let products = self.slabs.iter().map(|s| (s.range, s.product(x)));
@@ -556,15 +559,24 @@ impl ConstrainedZonotope {
     /// Encloses { x ∈ X : a_iᵀx ∈ range_i for every slab }: one row |aᵀG ξ − b| ≤ δ a slab, no generator.
     ///
     /// b and δ are the middle and the half-width of range − aᵀc, evaluated outward, and δ also takes
-    /// |a|ᵀ(r + γ_n |G| 1) for the rounding of aᵀG. The result may be empty.
+    /// |a|ᵀ(r + γ_n |G| 1) for the rounding of aᵀG. A range that is infinite on one side ends there where ⟨c, G, r⟩ does; the
+    /// whole line says nothing and gives no row. The result may be empty.
     ///
-    /// Fails with `Dimension`, or `NotFinite` at a coefficient.
+    /// Fails with `Dimension`, `NotFinite` at a coefficient, or `Empty` where a half line misses ⟨c, G, r⟩.
     pub fn within(&self, slabs: &[Slab]) -> Result<Self, SetError> {
         const OP: &str = "intersection with slabs";
         let n = self.dim();
         for slab in slabs {
             same_dimension(OP, n, slab.normal.len())?;
         }
+        let bounded: Vec<Slab>;
+        let slabs = match slabs.iter().all(|slab| slab.range.is_finite()) {
+            true => slabs,
+            false => {
+                bounded = self.bounded(slabs)?;
+                &bounded
+            }
+        };
         let normals = Matrix::from_fn(slabs.len(), n, |i, j| slabs[i].normal[j]);
         let rows = normals.mul(self.g());
         let sums = self.zonotope().abs_row_sums();
@@ -588,5 +600,27 @@ impl ConstrainedZonotope {
             Matrix::vcat(&[self.a(), &rows])
         };
         Self::with_slack(self.zonotope().clone(), a, b, delta)
+    }
+
+    /// The slabs with half lines cut where ⟨c, G, r⟩ ends, and without those of the whole line.
+    fn bounded(&self, slabs: &[Slab]) -> Result<Vec<Slab>, SetError> {
+        let hull = self.zonotope().interval_hull()?;
+        let mut bounded = Vec::with_capacity(slabs.len());
+        for slab in slabs.iter().filter(|slab| !slab.range.is_entire()) {
+            let range =
+                match slab.range.is_finite() {
+                    true => slab.range,
+                    false => slab.range.intersect(&slab.product(hull.as_slice())).ok_or(
+                        SetError::Empty {
+                            op: "intersection with slabs",
+                        },
+                    )?,
+                };
+            bounded.push(Slab {
+                normal: slab.normal.clone(),
+                range,
+            });
+        }
+        Ok(bounded)
     }
 }

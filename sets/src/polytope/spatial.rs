@@ -122,7 +122,7 @@ impl Polyhedron {
             let [a, b, c] = f.corners.map(|i| minus(self.points[i], o));
             dot(a, cross(b, c)) / 6.0
         };
-        self.facets.iter().map(cone).sum::<f64>().max(0.0)
+        self.facets.iter().map(cone).sum::<f64>().max(0.0) + 0.0
     }
 
     /// Replaces the facets that the last point sees, and that hang together with facet `from`, by triangles to

@@ -83,15 +83,17 @@ impl Belief for PolytopeBelief {
     fn interval_hull(&self) -> Option<IntervalVector> {
         Some(self.hull.clone())
     }
-    /// By the facets up to three dimensions, which needs no program; else by the constrained zonotope.
+    /// Of [`PolytopeBelief::set`]. The hull and, up to three dimensions, the outline, which contain it, may show without a
+    /// program that `x` is outside.
     fn contains(&self, x: &[Interval]) -> Containment {
-        if box_contains(&self.hull, x) == Containment::Outside {
+        let outside = box_contains(&self.hull, x) == Containment::Outside
+            || self
+                .outline()
+                .is_ok_and(|outline| outline.contains(x) == Containment::Outside);
+        if outside {
             return Containment::Outside;
         }
-        match self.outline() {
-            Ok(outline) => outline.contains(x),
-            Err(_) => self.set.contains(x).unwrap_or(Containment::Undecided),
-        }
+        self.set.contains(x).unwrap_or(Containment::Undecided)
     }
     fn covariance(&self) -> Option<&Matrix> {
         None

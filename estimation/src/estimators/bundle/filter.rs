@@ -165,7 +165,12 @@ impl PolytopeFilter {
         let (_, j) = jacobian_over(&f, &IntervalVector::stack(&[over, &from_zero])).map_err(&at)?;
         let d = j.select_columns(&(self.n..self.n + hull.dim()).collect::<Vec<_>>());
         if d.as_slice().iter().any(|e| e.rad() > CONSTANT * e.mag()) {
-            return Coordinates::of(set).map(Noise::General).map_err(at);
+            if set.generators() == 0 {
+                return Ok(Noise::General(None));
+            }
+            return Coordinates::of(set)
+                .map(|c| Noise::General(Some(c)))
+                .map_err(at);
         }
         let middle = d.mid();
         let mut range = IntervalMatrix::from(&middle).mul_vec(hull);
@@ -201,7 +206,7 @@ impl PolytopeFilter {
             Noise::General(noise) => (
                 ConstrainedZonotope::point(&vec![0.0; self.n]).map_err(&at)?,
                 NoiseArgument::Generators(self.w.zonotope()),
-                Some(noise),
+                noise,
             ),
         };
         let mut lp = LinearProgram::new();
@@ -314,7 +319,7 @@ impl PolytopeFilter {
         let noise = self.noise_over(Side::Output, k, u, &belief.hull)?;
         let (argument, coordinates) = match &noise {
             Noise::Added { .. } => (NoiseArgument::Zero, None),
-            Noise::General(c) => (NoiseArgument::Generators(self.v.zonotope()), Some(c)),
+            Noise::General(c) => (NoiseArgument::Generators(self.v.zonotope()), c.as_ref()),
         };
         let mu = self.equation(Side::Output, k, u, argument);
         let (mut strips, mut joint): (Vec<Slab>, Vec<Slab>) = (Vec::new(), Vec::new());
@@ -324,7 +329,8 @@ impl PolytopeFilter {
             let (of_x, of_noise) = relation.linear.split_at(self.n);
             let spread = match &noise {
                 Noise::Added { range, .. } => range[i],
-                Noise::General(c) => real_dot(Interval::ZERO, of_noise, c.range.as_slice()),
+                Noise::General(Some(c)) => real_dot(Interval::ZERO, of_noise, c.range.as_slice()),
+                Noise::General(None) => Interval::ZERO,
             };
             let slab = Slab {
                 normal: of_x.to_vec(),
@@ -346,7 +352,7 @@ impl PolytopeFilter {
         let beside = match &noise {
             Noise::Added { image, .. } if is_box(image) => None,
             Noise::Added { image, .. } => Some(image),
-            Noise::General(c) => Some(&c.set),
+            Noise::General(c) => c.as_ref().map(|c| &c.set),
         };
         let set = match beside {
             None => belief.set.within(&strips),
@@ -421,8 +427,8 @@ enum Noise {
         /// Its box.
         range: IntervalVector,
     },
-    /// In any other way.
-    General(Coordinates),
+    /// In any other way, by the coordinates of its set; a known noise has none.
+    General(Option<Coordinates>),
 }
 
 /// A derivative whose radius is this small beside it is constant but for rounding.
