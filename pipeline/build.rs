@@ -19,7 +19,11 @@ const STAGES: &[(&str, &[&str], &[&str])] = &[
         MATHEMATICS,
         &["stage/simulate.rs", "experiment"],
     ),
-    ("ESTIMATE", MATHEMATICS, &["stage/estimate.rs"]),
+    (
+        "ESTIMATE",
+        MATHEMATICS,
+        &["stage/estimate.rs", "stage/ending.rs"],
+    ),
     ("TRACE", MATHEMATICS, &["stage/trace.rs", "trace"]),
     ("REDUCE", MATHEMATICS, &["stage/reduce.rs"]),
     (

@@ -16,7 +16,7 @@ pub enum EstimationError {
         k: usize,
     },
     /// An operation on sets or matrices failed at a step.
-    #[error("k = {k}, {op}: {source}")]
+    #[error("k = {k}, {}", during(op, source))]
     Set {
         /// The step.
         k: usize,
@@ -93,7 +93,36 @@ pub enum EstimationError {
     },
 }
 
+/// "`op`: fault", once where the fault names the same operation.
+fn during(op: &str, source: &SetError) -> String {
+    let fault = source.to_string();
+    let same = fault.strip_prefix(op).is_some_and(|f| f.starts_with(": "));
+    if same {
+        fault
+    } else {
+        format!("{op}: {fault}")
+    }
+}
+
 impl EstimationError {
+    /// The step that the error names.
+    pub fn step(&self) -> Option<usize> {
+        match self {
+            Self::Inconsistent { k } | Self::Set { k, .. } | Self::Refused { k, .. } => Some(*k),
+            _ => None,
+        }
+    }
+
+    /// What happened, without the step.
+    pub fn cause(&self) -> String {
+        let whole = self.to_string();
+        let Some(k) = self.step() else { return whole };
+        let cause = whole.strip_prefix(&format!("k = {k}"));
+        cause
+            .map_or(&*whole, |cause| cause.trim_start_matches([':', ',', ' ']))
+            .to_owned()
+    }
+
     /// For `map_err`: a fault of `op` at step `k`, where an empty intersection is [`Self::Inconsistent`].
     pub fn at(k: usize, op: &'static str) -> impl Fn(SetError) -> Self {
         move |source| match source {

@@ -8,6 +8,7 @@ use crate::lake::{self, Publication, paper_table_path, table_path, trace_path};
 use crate::papers::Paper;
 use crate::progress::Progress;
 use crate::rows;
+use crate::stage::ending::{self, Ending};
 use crate::stage::estimate::Job;
 use crate::stage::{
     Experiment, Recordings, attack, claims, compare, count, estimate, reduce, score, simulate,
@@ -27,6 +28,8 @@ pub struct Finished {
     pub experiment: Arc<Experiment>,
     simulation: Artifact,
     estimates: Vec<Artifact>,
+    /// The runs that an estimator ended without a belief, for a reason that is no result.
+    pub failures: Vec<Ending>,
     traces: Vec<(String, Artifact)>,
     metrics: Artifact,
     scores: Artifact,
@@ -86,6 +89,7 @@ pub fn run(
                     estimate::make(&Job::of(experiment, i), recordings()?, dir, &|n| {
                         progress.advance(&name, &what, n)
                     })
+                    .map(drop)
                 },
             )?;
             if !result.1 {
@@ -101,6 +105,10 @@ pub fn run(
         .into_iter()
         .map(|(artifact, _)| artifact)
         .collect();
+    let mut failures = Vec::new();
+    for path in estimates.iter().filter_map(|a| a.path(ending::FILE)) {
+        failures.extend(ending::read(&path)?);
+    }
     let mut traces = Vec::new();
     if experiment.output.traces {
         for (i, estimates) in estimates.iter().enumerate() {
@@ -137,6 +145,7 @@ pub fn run(
         experiment: experiment.clone(),
         simulation,
         estimates,
+        failures,
         traces,
         metrics,
         scores,

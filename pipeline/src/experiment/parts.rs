@@ -581,7 +581,7 @@ fn data(
         .iter()
         .map(|variable| variable.name.as_str())
         .collect();
-    let rows = recorded::read(&folder.join(name), &names, prefix)
+    let rows = recorded::read(&folder.join(name), &names, prefix, recorded::MOST_STEPS)
         .map_err(|fault| fault.with_help(field.fault("names this file").to_string()))?;
     rows.complete(vectors)
         .map_err(|fault| field.fault(format!("{name}: {fault}")))
