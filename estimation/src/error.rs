@@ -25,6 +25,25 @@ pub enum EstimationError {
         /// The fault.
         source: SetError,
     },
+    /// A matrix that must be inverted is singular, and what it stands for has no answer: a covariance of the
+    /// innovation that calls a measurement impossible, say.
+    #[error("k = {k}, {op}: {reason}")]
+    Singular {
+        /// The step.
+        k: usize,
+        /// What the estimator was doing.
+        op: &'static str,
+        /// What is missing.
+        reason: String,
+    },
+    /// A number of the belief is beyond the largest f64, 1.8e308.
+    #[error("k = {k}, {op}: a number is beyond 1.8e308")]
+    Overflow {
+        /// The step.
+        k: usize,
+        /// What the estimator was doing.
+        op: &'static str,
+    },
     /// The estimator does not go on, because what it would say is worth nothing: a result, not a fault of
     /// the input.
     #[error("k = {k}: {kind} refuses to go on: {reason}")]
@@ -108,7 +127,11 @@ impl EstimationError {
     /// The step that the error names.
     pub fn step(&self) -> Option<usize> {
         match self {
-            Self::Inconsistent { k } | Self::Set { k, .. } | Self::Refused { k, .. } => Some(*k),
+            Self::Inconsistent { k }
+            | Self::Set { k, .. }
+            | Self::Singular { k, .. }
+            | Self::Overflow { k, .. }
+            | Self::Refused { k, .. } => Some(*k),
             _ => None,
         }
     }
@@ -124,9 +147,17 @@ impl EstimationError {
     }
 
     /// For `map_err`: a fault of `op` at step `k`, where an empty intersection is [`Self::Inconsistent`].
+    /// For `map_err`: a fault of `op` at step `k`, where an empty intersection is [`Self::Inconsistent`], a
+    /// computed number that is not finite [`Self::Overflow`], and a singular matrix [`Self::Singular`].
     pub fn at(k: usize, op: &'static str) -> impl Fn(SetError) -> Self {
         move |source| match source {
             SetError::Empty { .. } => Self::Inconsistent { k },
+            SetError::NotFinite { .. } => Self::Overflow { k, op },
+            SetError::Singular { op: of } => Self::Singular {
+                k,
+                op,
+                reason: format!("the matrix of the {of} has no inverse"),
+            },
             source => Self::Set { k, op, source },
         }
     }

@@ -379,20 +379,6 @@ fn a_covariance_that_is_none_is_refused() {
         message.contains("prior") && message.contains("semidefinite"),
         "{message}"
     );
-    let v = Uncertain {
-        covariance: Some(Matrix::zeros(2, 2)),
-        ..problem().v
-    };
-    let prior = Uncertain {
-        covariance: Some(Matrix::zeros(2, 2)),
-        ..problem().prior
-    };
-    let singular = Problem {
-        v,
-        prior,
-        ..problem()
-    };
-    assert!(refusal(r#"{"kind": "kalman"}"#, &singular).contains("`noise.v.covariance` must be"));
     let none = Problem {
         w: Uncertain::point(vec![0.0; 2]),
         ..problem()

@@ -431,7 +431,7 @@ impl Matrix {
     pub fn cholesky(&self) -> Result<Matrix, SetError> {
         let n = self.rows;
         assert_eq!(n, self.cols, "Cholesky factor: the matrix is square");
-        ops::count(n * (n + 1) * (n + 2) / 6, n * (n * n - 1) / 6);
+        ops::count(n * (n + 1) * (n + 2) / 6, n * (n * n).saturating_sub(1) / 6);
         let mut l = Self::zeros(n, n);
         match kernels::cholesky(n, &self.data, &mut l.data) {
             true => Ok(l),
@@ -443,12 +443,17 @@ impl Matrix {
 
     /// X with M X = B, for a symmetric positive definite M, by its Cholesky factor.
     pub fn solve_positive_definite(&self, b: &Matrix) -> Result<Matrix, SetError> {
+        Ok(self.cholesky()?.solve_by_factor(b))
+    }
+
+    /// X with L Lᵀ X = B, where this is the lower triangular L of [`Matrix::cholesky`].
+    pub fn solve_by_factor(&self, b: &Matrix) -> Matrix {
         assert_eq!(self.rows, b.rows, "solve: as many equations as rows");
-        let (n, l) = (self.rows, self.cholesky()?);
+        let n = self.rows;
         ops::count(n * (n + 1) * b.cols, n * n.saturating_sub(1) * b.cols);
         let mut x = b.clone();
-        kernels::solve(n, &l.data, b.cols, &mut x.data);
-        Ok(x)
+        kernels::solve(n, &self.data, b.cols, &mut x.data);
+        x
     }
 
     /// M⁺, the Moore–Penrose inverse (Mᵀ M)⁻¹ Mᵀ of a matrix of full column rank, by SVD.
@@ -540,6 +545,8 @@ mod tests {
         assert_eq!(x, Matrix::column(&[1.0, 2.0]));
         let singular = Matrix::from_rows(&[[1.0, 1.0], [1.0, 1.0]]).unwrap();
         assert!(singular.cholesky().is_err());
+        let empty = Matrix::zeros(0, 0);
+        assert_eq!(empty.solve_positive_definite(&empty).unwrap(), empty);
     }
 
     #[test]

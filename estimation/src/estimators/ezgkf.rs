@@ -67,7 +67,7 @@ pub struct Ezgkf {
 }
 
 impl Ezgkf {
-    /// Fails where a setting is out of range, the system has no quasi-LPV form, or R^zg is singular.
+    /// Fails where a setting is out of range, the system or the system has no quasi-LPV form.
     pub fn new(settings: &EzgkfSettings, problem: &Problem) -> Result<Self, EstimationError> {
         Ok(Self {
             model: MixedModel::new("ezgkf", settings.mixed(), problem)?,
@@ -97,12 +97,7 @@ impl Estimator for Ezgkf {
         let generators = forecast_generators(&form.a0, &form.a, c, g, &model.gw);
         // Eq. (26)
         let covariance = model.forecast_covariance(&form.a0, &form.a, belief.state.p());
-        Ok(MixedBelief::new(
-            center,
-            generators,
-            covariance,
-            belief.quantile,
-        ))
+        MixedBelief::new(center, generators, covariance, belief.quantile).finite(k, "predict")
     }
 
     fn update(

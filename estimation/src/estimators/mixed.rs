@@ -2,10 +2,14 @@
 //! they share.
 //!
 //! The error of the estimate c is ξ-part plus Gaussian part: x − c ∈ G [−1, 1]^p + g, g ~ N(0, P).
+//! The gain of a singular S, and what [`EstimationError::Singular`] and [`EstimationError::Overflow`] are, is as in the
+//! Kalman filter.
+//!
 //! Nothing here is guaranteed: covariances have no certain set, confidence boxes hold with a
 //! probability, and rounding is plain.
 
-use super::linear_output::{LinearOutput, complement, congruence, gain};
+use super::innovation::{Innovation, Range};
+use super::linear_output::{LinearOutput, complement, congruence};
 use crate::error::finite_vector;
 use crate::estimator::{Belief, Containment, Measurement, Shape, Size, box_contains};
 use crate::system::Embedding;
@@ -45,6 +49,19 @@ impl MixedBelief {
             state: ZonotopicGaussian::trusted(c, g, p),
             quantile,
             pending: None,
+        }
+    }
+
+    /// Itself, or `Overflow` at step `k`.
+    pub(super) fn finite(self, k: usize, op: &'static str) -> Result<Self, EstimationError> {
+        let state = &self.state;
+        let finite = state.c().iter().all(|x| x.is_finite())
+            && state.g().is_finite()
+            && state.p().is_finite();
+        if finite {
+            Ok(self)
+        } else {
+            Err(EstimationError::Overflow { k, op })
         }
     }
 
@@ -128,7 +145,7 @@ pub(super) struct MixedModel {
 }
 
 impl MixedModel {
-    /// Checks the settings and the problem: φ ≥ n, η in [0, 1], α in (0, 1), R^zg positive definite.
+    /// Checks the settings and the problem: φ ≥ n, η in [0, 1], α in (0, 1), R^zg positive semidefinite.
     /// Covariances and shapes were checked with the problem; without a covariance it is zero, without
     /// generators there are none. w and v may have a mean.
     pub fn new(
@@ -195,8 +212,11 @@ impl MixedModel {
         };
         let mut rzg = set_part.scale(1.0 - eta);
         rzg.add_assign(&output.covariance.scale(eta));
-        if rzg.cholesky().is_err() {
-            let expected = "such that (1 - eta) Gv Gv' + eta R is positive definite, \
+        // With squared generators it is semidefinite by construction.
+        if settings.gain == Gain::Unsquared
+            && Range::of(&rzg, &List::filled(0.0, rzg.rows())).is_err()
+        {
+            let expected = "such that (1 - eta) Gv + eta R is positive semidefinite, \
                             so that the gain exists";
             return Err(EstimationError::setting(
                 kind,
@@ -260,7 +280,8 @@ impl MixedModel {
     /// The optimal gain K = P^zg Cᵀ S⁻¹ with P^zg = (1 − η) G Gᵀ + η P, S = C P^zg Cᵀ + R^zg. It
     /// minimises (1 − η) tr(G₊ G₊ᵀ) + η tr(P₊). [dePaula, Theorem 1, Eqs. (29)-(32)]
     ///
-    /// `rows` are the rows of y that `output` holds.
+    /// Where S is singular, K = P^zg Cᵀ S⁻ with a generalized inverse is a minimiser, too, and comes with the range
+    /// of S. `rows` are the rows of y that `output` holds.
     fn gain(
         &self,
         k: usize,
@@ -268,7 +289,7 @@ impl MixedModel {
         rows: Option<&[usize]>,
         g: &Matrix,
         p: &Matrix,
-    ) -> Result<Matrix, EstimationError> {
+    ) -> Result<(Matrix, Option<Range>), EstimationError> {
         let _stage = ops::stage(Stage::Gain);
         let eta = self.settings.eta;
         let mut pzg = p.scale(eta);
@@ -277,16 +298,61 @@ impl MixedModel {
         }
         let pct = pzg.mul_transpose(&output.c);
         let mut s = output.c.mul(&pct);
-        match rows {
-            None => s.add_assign(&self.rzg),
+        let part;
+        let r = match rows {
+            None => &self.rzg,
             Some(rows) => {
-                let rzg =
-                    Matrix::from_fn(rows.len(), rows.len(), |i, j| self.rzg[(rows[i], rows[j])]);
-                s.add_assign(&rzg);
+                part = Matrix::from_fn(rows.len(), rows.len(), |i, j| self.rzg[(rows[i], rows[j])]);
+                &part
             }
-        }
+        };
+        s.add_assign(r);
         s.symmetrize();
-        gain(&pct, &s).map_err(EstimationError::at(k, "gain"))
+        Innovation {
+            c: &output.c,
+            p: &pzg,
+            pct: &pct,
+            r,
+            s: &s,
+        }
+        .gain()
+        .map_err(EstimationError::at(k, "gain"))
+    }
+
+    /// Fails with `Singular` unless the innovation z − C c lies where x − c and v can bring it: in the range of
+    /// C (G Gᵀ + P) Cᵀ + Gᵛ Gᵛᵀ + R, whatever η counts.
+    fn check_innovation(
+        &self,
+        k: usize,
+        output: &LinearOutput,
+        state: &ZonotopicGaussian,
+        u: &[f64],
+        z: &[f64],
+    ) -> Result<(), EstimationError> {
+        let p = state.p().add(&state.g().gram());
+        let r = output.covariance.add(&output.generators.gram());
+        let pct = p.mul_transpose(&output.c);
+        let mut s = output.c.mul(&pct);
+        s.add_assign(&r);
+        s.symmetrize();
+        let total = Innovation {
+            c: &output.c,
+            p: &p,
+            pct: &pct,
+            r: &r,
+            s: &s,
+        };
+        let range = total.range().map_err(EstimationError::at(k, "gain"))?;
+        let mut innovation: List<f64> = z.into();
+        output.c.sub_mul_vec(state.c(), &mut innovation);
+        let prior = &self.prior.state;
+        let allowed = prior.p().add(&prior.g().gram());
+        range.check(
+            k,
+            "gain",
+            &innovation,
+            &output.sizes(state.c(), u, z, &allowed),
+        )
     }
 
     /// Takes in a measurement: with T = I − K C,
@@ -315,7 +381,10 @@ impl MixedModel {
             belief.state.g()
         };
         let p = belief.state.p();
-        let gain = self.gain(k, &output, rows.as_ref().map(|rows| &rows[..]), g, p)?;
+        let (gain, singular) = self.gain(k, &output, rows.as_ref().map(|rows| &rows[..]), g, p)?;
+        if singular.is_some() {
+            self.check_innovation(k, &output, &belief.state, u, &z)?;
+        }
         let t = complement(&gain, &output.c);
         let mut center = t.mul_vec(belief.state.c());
         gain.add_mul_vec(&z, &mut center);
@@ -325,7 +394,8 @@ impl MixedModel {
         let krk = congruence(&gain, &output.covariance);
         covariance.add_assign(&krk);
         Ok(Some(Correction {
-            belief: MixedBelief::new(center, generators, covariance, belief.quantile),
+            belief: MixedBelief::new(center, generators, covariance, belief.quantile)
+                .finite(k, "update")?,
             gain,
             output: output.into_owned(),
             z,
@@ -356,6 +426,10 @@ pub(super) struct Correction {
 /// |M| = V |Λ| Vᵀ for the symmetric M = V Λ Vᵀ: the least upper bound of ±M that commutes with M.
 /// [dePaula, Lemma 1]
 fn absolute(m: &Matrix) -> Matrix {
+    if !m.is_finite() {
+        // The forecast overflows, which its caller says.
+        return m.clone();
+    }
     let (values, vectors) = m.symmetric_eigen();
     let magnitudes: List<f64> = values.iter().map(|x| x.abs()).collect();
     congruence(&vectors, &Matrix::diagonal(&magnitudes))

@@ -6,6 +6,7 @@ mod czmv;
 mod ezgkf;
 mod ezgkf_m;
 mod ezgkp;
+mod innovation;
 mod inzsmf;
 mod inzsmf_enclosed;
 mod kalman;

@@ -9,7 +9,6 @@ use std::fmt;
 use std::path::Path;
 use zonobench_estimation::estimator::Size;
 use zonobench_estimation::{AnyBelief, Belief as _, EstimationError};
-use zonobench_sets::SetError;
 
 /// The file of a result that lists the endings that are failures; not there where there are none.
 pub const FILE: &str = "failures.json";
@@ -75,12 +74,9 @@ fn status(error: &EstimationError) -> &'static str {
     match error {
         EstimationError::Inconsistent { .. } => "inconsistent",
         EstimationError::Refused { .. } => "refused",
-        EstimationError::Set { source, .. } => match source {
-            SetError::Singular { .. } => "singular",
-            SetError::NotFinite { .. } => "overflow",
-            _ => "failed",
-        },
-        EstimationError::NotFinite { .. } => "overflow",
+        EstimationError::Singular { .. } => "singular",
+        // What came in is finite: it is checked where it is read.
+        EstimationError::Overflow { .. } | EstimationError::NotFinite { .. } => "overflow",
         _ => "failed",
     }
 }
@@ -131,23 +127,36 @@ pub fn read(path: &Path) -> Result<Vec<Ending>, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use zonobench_sets::SetError;
 
     #[test]
     fn an_error_is_a_status_and_a_cause_without_its_place() {
-        let singular = EstimationError::Set {
+        let singular = EstimationError::Singular {
             k: 3,
             op: "gain",
-            source: SetError::Singular { op: "gain" },
+            reason: "the matrix has no inverse".into(),
         };
         let ending = Ending::of("kf", 2, 7, &singular);
         assert_eq!(
             ending.to_string(),
-            "kf, run 2, k = 3: singular: gain: the matrix is singular or not positive definite"
+            "kf, run 2, k = 3: singular: gain: the matrix has no inverse"
         );
         assert!(ending.is_failure());
         let inconsistent = Ending::of("box", 0, 4, &EstimationError::Inconsistent { k: 4 });
         assert_eq!(inconsistent.status, "inconsistent");
         assert!(!inconsistent.is_failure());
+        let domain = EstimationError::Set {
+            k: 3,
+            op: "box",
+            source: SetError::Domain {
+                op: "box",
+                lower: 0.0,
+                upper: 1.0,
+            },
+        };
+        let ending = Ending::of("czmv", 0, 3, &domain);
+        let cause = "box: the argument [0, 1] leaves the domain";
+        assert_eq!((ending.status.as_str(), ending.cause.as_str()), ("failed", cause));
         let large = EstimationError::NotFinite {
             what: "state",
             value: f64::INFINITY,
