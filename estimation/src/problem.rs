@@ -4,6 +4,7 @@
 //! estimator reads the part it understands: set filters the box or the generators, the Kalman filter
 //! mean and covariance, the mixed filters the sum. Everything is checked here, where it is made.
 
+use crate::error::shortest;
 use crate::system::{AnySystem, System};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::rounding::up;
@@ -112,14 +113,24 @@ impl Uncertain {
                 return Err(fault(
                     "box",
                     "finite numbers",
-                    format!("[{lo}, {hi}] in component {}", i + 1),
+                    format!(
+                        "[{}, {}] in component {}",
+                        shortest(lo),
+                        shortest(hi),
+                        i + 1
+                    ),
                 ));
             }
             if lo > hi {
                 return Err(fault(
                     "box",
                     "lower <= upper",
-                    format!("[{lo}, {hi}] in component {}", i + 1),
+                    format!(
+                        "[{}, {}] in component {}",
+                        shortest(lo),
+                        shortest(hi),
+                        i + 1
+                    ),
                 ));
             }
             // Halved first, so that the sum of two large bounds does not overflow.
@@ -277,7 +288,9 @@ pub fn check_covariance(key: &'static str, s: &Matrix, n: usize) -> Result<(), U
         .into_iter()
         .fold(f64::INFINITY, f64::min);
     if smallest < -slack * n as f64 {
-        let got = format!("the eigenvalue {smallest:.6}");
+        // Six digits: the rest is the rounding of the factorization.
+        let digits = format!("{smallest:.5e}").parse().unwrap_or(smallest);
+        let got = format!("the eigenvalue {}", shortest(digits));
         return Err(fault(key, "a positive semidefinite matrix", got));
     }
     Ok(())
@@ -291,7 +304,7 @@ fn finite_vector(key: &'static str, v: &[f64], n: usize) -> Result<(), Uncertain
         Some(i) => Err(fault(
             key,
             "finite numbers",
-            format!("{} in component {}", v[i], i + 1),
+            format!("{} in component {}", shortest(v[i]), i + 1),
         )),
         None => Ok(()),
     }
@@ -304,7 +317,7 @@ fn finite_matrix(key: &'static str, m: &Matrix) -> Result<(), UncertainError> {
             Err(fault(
                 key,
                 "finite numbers",
-                format!("{} in row {i}, column {j}", m.as_slice()[at]),
+                format!("{} in row {i}, column {j}", shortest(m.as_slice()[at])),
             ))
         }
         None => Ok(()),
@@ -433,7 +446,7 @@ mod tests {
         );
         assert_eq!(
             message(&covariance([[1.0, 2.0], [2.0, 1.0]]), 2),
-            "covariance: expected a positive semidefinite matrix, got the eigenvalue -1.000000"
+            "covariance: expected a positive semidefinite matrix, got the eigenvalue -1"
         );
         assert!(
             covariance([[1.0, 2.0], [2.0, 4.0]]).validate(2).is_ok(),

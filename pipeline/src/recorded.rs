@@ -935,14 +935,25 @@ mod tests {
     }
 
     fn parquet(columns: Vec<(&str, ArrayRef)>) -> Result<Recording, String> {
+        parquet_with(columns, Default::default())
+    }
+
+    fn parquet_with(
+        columns: Vec<(&str, ArrayRef)>,
+        properties: parquet::file::properties::WriterProperties,
+    ) -> Result<Recording, String> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("y.parquet");
         let batch = RecordBatch::try_from_iter_with_nullable(
             columns.into_iter().map(|(name, array)| (name, array, true)),
         )
         .unwrap();
-        let mut writer =
-            ArrowWriter::try_new(File::create(&path).unwrap(), batch.schema(), None).unwrap();
+        let mut writer = ArrowWriter::try_new(
+            File::create(&path).unwrap(),
+            batch.schema(),
+            Some(properties),
+        )
+        .unwrap();
         writer.write(&batch).unwrap();
         writer.close().unwrap();
         let prefix = format!("{}: ", path.display());
@@ -988,11 +999,11 @@ mod tests {
         let text: ArrayRef = Arc::new(StringArray::from(vec!["a"]));
         assert_eq!(
             refused(vec![("k", k(&[0])), ("y1", text.clone())]),
-            "row 1: column y1: expected numbers, got Utf8"
+            "column y1: expected numbers, got text"
         );
         assert_eq!(
             refused(vec![("k", text), ("y1", y(&[None]))]),
-            "row 1: column k: expected integers, got Utf8"
+            "column k: expected integers, got text"
         );
         assert_eq!(
             refused(vec![("k", k(&[])), ("y1", y(&[]))]),
@@ -1009,14 +1020,298 @@ mod tests {
             read(&path, &["y1"], "y", LONGEST_GAP)
                 .unwrap_err()
                 .to_string()
-                .contains("expected a Parquet file, got: ")
+                .ends_with("expected a Parquet file, which begins with \"PAR1\", got one that begins with \"k,y1\"")
         );
         std::fs::write(&path, "").unwrap();
         assert!(
             read(&path, &["y1"], "y", LONGEST_GAP)
                 .unwrap_err()
                 .to_string()
-                .ends_with("expected a Parquet file, got an empty file")
+                .ends_with("got an empty file")
         );
+    }
+
+    #[test]
+    fn a_fault_is_in_the_line_that_a_person_counts() {
+        let head = "y.csv:";
+        for (text, line) in [
+            ("k,d1,phi1\n0,1,2\n1,x,2\n", 3),
+            ("k,d1,phi1\r\n0,1,2\r\n1,x,2\r\n", 3),
+            ("k,d1,phi1\r0,1,2\r1,x,2", 3),
+            ("\r\r\n\n\rk,d1,phi1\n0,1,2\r\n\r\n1,x,2\n", 8),
+            ("# a\r# b\rk,d1,phi1\r\r1,x,2\r", 5),
+            ("\u{feff}# a\r\nk,d1,phi1\r\n  # b\r\n \t\r\n1,x,2\r\n", 5),
+            ("k,d1,phi1\n\"0\",\"1\",2\n\n1,\"x\",2\n", 4),
+            ("\"k\",\"d1\",\"phi1\"\n0,1,2\n1,\"2,\n3,4,5\n", 3),
+        ] {
+            let said = complaint(text);
+            assert!(
+                said.starts_with(&format!("{head}{line}: ")),
+                "{text:?}: {said}"
+            );
+        }
+        let other = bytes(b"# a\r\nk,d1,phi1\r\n\r\n0,\xe9,1\r\n").unwrap_err();
+        assert_eq!(
+            other.to_string(),
+            "y.csv:4: expected UTF-8 text, got other bytes"
+        );
+        // A line end that two reads tear apart is one.
+        for size in 1..12 {
+            let text: &[u8] = b"k,d1\r\n0,1\r\n\r\n1,x\r";
+            let mut lines = Lines::new(BufReader::with_capacity(size, text));
+            let mut found = Vec::new();
+            while let Some((line, text)) = lines.next().unwrap() {
+                found.push((line, String::from_utf8(text.to_vec()).unwrap()));
+            }
+            let expected = [(1, "k,d1"), (2, "0,1"), (3, ""), (4, "1,x")];
+            assert_eq!(found, expected.map(|(line, text)| (line, text.to_owned())));
+        }
+    }
+
+    #[test]
+    fn quotes_row_names_and_whole_floats_are_what_other_tools_write() {
+        let expected = csv("k,d1,phi1\n0,1,2\n1,,3\n").unwrap();
+        let written = "\"\",\"k\",\"d1\",\"phi1\"\n\"1\",0.0,1, \"2\" \n\"2\",1.0,\"\",3\n";
+        assert_eq!(csv(written).unwrap(), expected);
+        assert_eq!(
+            complaint("k,d1,phi1\n0,\"1,2\n1,2,3\n"),
+            "y.csv:2: expected a closing quote in this line, got \"\\\"1,2\""
+        );
+        assert_eq!(
+            complaint("k,d1,phi1\n0,\"1\"2,3\n"),
+            "y.csv:2: expected a comma after a closing quote, got \"2,3\""
+        );
+        assert_eq!(
+            complaint("k,d1,phi1\n0,\"a\"\"b\",3\n"),
+            "y.csv:2: column d1: expected a number or an empty cell, got \"a\\\"b\""
+        );
+        assert_eq!(
+            complaint("k;d1;phi1\n0;1;2\n"),
+            "y.csv:1: column 1: expected the columns k, d1, phi1 (or y1, y2 for the components), \
+             got \"k;d1;phi1\"; cells are separated by commas"
+        );
+    }
+
+    #[test]
+    fn a_long_value_is_not_repeated_and_a_longer_line_is_not_read() {
+        let digits = "1".repeat(500_000);
+        for text in [
+            format!("k,d1,phi1\n0,{digits},1\n"),
+            format!("k,d1,phi1\n{digits},1,1\n"),
+            format!("k,d1,{digits}\n"),
+            format!("k,d1,phi1\n0,\"{digits}\n"),
+        ] {
+            let said = complaint(&text);
+            assert!(said.len() < 300 && said.contains("50000"), "{said}");
+        }
+        let said = complaint(&format!("k,d1,phi1\n0,{},1\n", digits.repeat(4)));
+        assert_eq!(
+            said,
+            "y.csv:2: expected at most 1048576 bytes in a line (1073741824 in the file), got more"
+        );
+    }
+
+    #[test]
+    fn what_has_no_end_is_refused_at_the_limit() {
+        let rows = Rows::new(&["d1"], LONGEST_GAP);
+        /// The same text for ever.
+        struct Endless(Vec<u8>);
+        impl Read for Endless {
+            fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
+                let chunks = into.chunks_exact_mut(self.0.len());
+                let n = chunks.map(|chunk| chunk.copy_from_slice(&self.0)).count();
+                Ok(n * self.0.len())
+            }
+        }
+        let fault = parse_csv("-", Endless(b"# nothing\n".to_vec()), rows, "y").unwrap_err();
+        assert_eq!(
+            fault.to_string(),
+            "-: expected at most 1073741824 bytes, got more"
+        );
+    }
+
+    #[test]
+    fn a_long_gap_is_refused_unless_it_is_asked_for() {
+        let text = "k,d1,phi1\n0,1,2\n100002,1,2\n";
+        assert_eq!(
+            complaint(text),
+            "y.csv:3: column k: expected at most 100000 steps in a row without a row, got 100001 from 0 to \
+             100002 (each of them is predicted; --longest-gap 100001 allows it)"
+        );
+        let rows = Rows::new(&["d1", "phi1"], 100_001);
+        let recording = parse_csv("y.csv", text.as_bytes(), rows, "y").unwrap();
+        assert_eq!((recording.last(), recording.steps.len()), (100_002, 2));
+        assert_eq!(recording.row(5), None);
+        assert_eq!(recording.row(100_002), Some(&[Some(1.0), Some(2.0)][..]));
+        assert!(csv("k,d1,phi1\n100000,1,2\n").is_ok());
+        assert!(complaint("k,d1,phi1\n100001,1,2\n").contains("got 100001 before 100001"));
+    }
+
+    #[test]
+    fn the_last_input_may_be_missing_where_nothing_reads_it() {
+        let path = Path::new("u.csv");
+        let recording = csv("k,d1,phi1\n0,1,2\n1,3,4\n2,,5\n").unwrap();
+        let rows = |last, held| complete_inputs(&recording, path, last, held);
+        let said = |last, held| rows(last, held).unwrap_err().to_string();
+        assert_eq!(rows(1, true).unwrap(), [[1.0, 2.0], [3.0, 4.0]]);
+        assert_eq!(rows(2, false).unwrap()[2], [0.0, 5.0]);
+        assert_eq!(
+            said(2, true),
+            "u.csv: expected a value of d1 at k = 2, got none"
+        );
+        assert_eq!(
+            said(3, false),
+            "u.csv: expected a value of d1 at k = 2, got none"
+        );
+        assert_eq!(
+            said(4, false),
+            "u.csv: expected values for k = 0 to 3, got k up to 2"
+        );
+        let short = csv("k,d1,phi1\n0,1,2\n1,3,4\n").unwrap();
+        let rows = complete_inputs(&short, path, 2, false).unwrap();
+        assert_eq!(rows, [[1.0, 2.0], [3.0, 4.0], [0.0, 0.0]]);
+    }
+
+    #[test]
+    fn every_codec_is_read() {
+        use parquet::basic::{BrotliLevel, Compression, GzipLevel, ZstdLevel};
+        use parquet::file::properties::WriterProperties;
+        let columns = || {
+            vec![
+                ("k", k(&[0, 1, 3])),
+                ("y1", y(&[Some(1.5), None, Some(2.5)])),
+            ]
+        };
+        let expected = parquet(columns()).unwrap();
+        for codec in [
+            Compression::UNCOMPRESSED,
+            Compression::SNAPPY,
+            Compression::GZIP(GzipLevel::default()),
+            Compression::LZ4,
+            Compression::LZ4_RAW,
+            Compression::BROTLI(BrotliLevel::default()),
+            Compression::ZSTD(ZstdLevel::default()),
+        ] {
+            let properties = WriterProperties::builder().set_compression(codec).build();
+            let read = parquet_with(columns(), properties);
+            assert_eq!(read.as_ref(), Ok(&expected), "{codec}");
+        }
+    }
+
+    #[test]
+    fn numbers_of_every_width_are_numbers() {
+        use arrow_array::*;
+        let expected = [vec![Some(2.0)], vec![None], vec![Some(3.0)]];
+        macro_rules! array {
+            ($type:ident, $($x:expr),*) => {
+                Arc::new($type::from(vec![$($x),*])) as ArrayRef
+            };
+        }
+        let decimals = |x: Vec<Option<i128>>| {
+            Arc::new(
+                Decimal128Array::from(x)
+                    .with_precision_and_scale(20, 3)
+                    .unwrap(),
+            )
+        };
+        let keys = Int8Array::from(vec![Some(1), None, Some(0)]);
+        let values: ArrayRef = Arc::new(Float64Array::from(vec![3.0, 2.0]));
+        let ys: Vec<ArrayRef> = vec![
+            array!(Int8Array, Some(2), None, Some(3)),
+            array!(Int16Array, Some(2), None, Some(3)),
+            array!(Int32Array, Some(2), None, Some(3)),
+            array!(Int64Array, Some(2), None, Some(3)),
+            array!(UInt8Array, Some(2), None, Some(3)),
+            array!(UInt16Array, Some(2), None, Some(3)),
+            array!(UInt32Array, Some(2), None, Some(3)),
+            array!(UInt64Array, Some(2), None, Some(3)),
+            array!(Float32Array, Some(2.0), None, Some(3.0)),
+            // Half precision by its bits: 2 and 3.
+            Arc::new(
+                [Some(0x4000_u16), None, Some(0x4200)]
+                    .into_iter()
+                    .map(|bits| bits.map(<Float16Type as ArrowPrimitiveType>::Native::from_bits))
+                    .collect::<Float16Array>(),
+            ),
+            decimals(vec![Some(2000), None, Some(3000)]),
+            Arc::new(DictionaryArray::new(keys, values)),
+        ];
+        for y in ys {
+            let kind = y.data_type().clone();
+            let read = parquet(vec![("k", k(&[0, 1, 2])), ("y1", y)]).unwrap();
+            assert_eq!(dense(&read), expected, "{kind}");
+        }
+        // A decimal is the nearest f64, as the text would be.
+        let tenths = decimals(vec![Some(100), Some(-1), Some(12_345_678_901_234_567_891)]);
+        let read = parquet(vec![("k", k(&[0, 1, 2])), ("y1", tenths)]).unwrap();
+        let expected = [0.1, -0.001, 12_345_678_901_234_567.891].map(|x| vec![Some(x)]);
+        assert_eq!(dense(&read), expected);
+        let none: ArrayRef = Arc::new(NullArray::new(2));
+        let read = parquet(vec![("k", k(&[0, 1])), ("y1", none.clone())]).unwrap();
+        assert_eq!(
+            dense(&read),
+            [[None], [None]],
+            "a column of nulls was never measured"
+        );
+        let ks: Vec<ArrayRef> = vec![
+            array!(Int8Array, 0, 1),
+            array!(UInt16Array, 0, 1),
+            array!(UInt64Array, 0, 1),
+            array!(Float64Array, 0.0, 1.0),
+            decimals(vec![Some(0), Some(1000)]),
+        ];
+        for ks in ks {
+            let kind = ks.data_type().clone();
+            let read = parquet(vec![("k", ks), ("y1", y(&[Some(1.0), Some(2.0)]))]);
+            assert_eq!(read.unwrap().steps, [0, 1], "{kind}");
+        }
+        let refused = |ks: ArrayRef| {
+            parquet(vec![("k", ks), ("y1", y(&[Some(1.0), Some(2.0)]))]).unwrap_err()
+        };
+        assert_eq!(
+            refused(array!(Float64Array, 0.0, 0.5)),
+            "row 2: column k: expected an integer, got 0.5"
+        );
+        assert_eq!(
+            refused(array!(UInt64Array, 0, u64::MAX)),
+            "row 2: column k: expected a step from 0 to 9999999, got 18446744073709551615"
+        );
+        assert_eq!(
+            refused(none),
+            "row 1: column k: expected an integer, got null"
+        );
+        assert_eq!(
+            refused(array!(BooleanArray, true, false)),
+            "column k: expected integers, got true and false"
+        );
+    }
+
+    #[test]
+    fn what_other_tools_write_is_read() {
+        let folder = Path::new("tests/recordings");
+        let y1 = [Some(1.5), Some(2.0), None, None, Some(-0.25)];
+        let expected = y1.map(|y| vec![y]);
+        let mut read_files = 0;
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path
+                .extension()
+                .is_some_and(|extension| extension == "parquet")
+            {
+                let recording = read(&path, &["y1"], "y", LONGEST_GAP).unwrap();
+                assert_eq!(dense(&recording), expected, "{}", path.display());
+                assert_eq!(recording.steps, [0, 1, 2, 4]);
+                read_files += 1;
+            }
+        }
+        assert_eq!(read_files, 5);
+        // By its content, whatever it is called.
+        let copy = tempfile::tempdir().unwrap();
+        let path = copy.path().join("recording");
+        std::fs::copy(folder.join("duckdb.parquet"), &path).unwrap();
+        assert!(read(&path, &["y1"], "y", LONGEST_GAP).is_ok());
+        // A column that is neither ours nor an index is refused.
+        let columns = vec![("k", k(&[0])), ("y1", y(&[None])), ("index", k(&[0]))];
+        assert!(parquet(columns).unwrap_err().contains("got \"index\""));
     }
 }

@@ -11,7 +11,7 @@ mod reader;
 mod tree;
 mod variants;
 
-use crate::bad_input::{BadInput, listed, nearest, shown};
+use crate::bad_input::{BadInput, listed, nearest, shortened};
 use crate::{Error, recorded, trace};
 use reader::{Field, Table, deserialize};
 use serde::Serialize;
@@ -522,7 +522,8 @@ fn elsewhere(table: &Table, keys: &[&str], own: &[&str], kind: &str, fault: BadI
     if owners.is_empty() {
         return fault;
     }
-    fault.with_help(format!("{kind} has no {unknown}; {} has", listed(owners)))
+    let (unknown, owners) = (shortened(unknown), listed(owners));
+    fault.with_help(format!("{kind} has no {unknown}; {owners} has"))
 }
 
 /// An estimator that cannot be made, shown at the setting or the part of the problem to blame.

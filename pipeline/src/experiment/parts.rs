@@ -5,6 +5,7 @@ use crate::bad_input::{BadInput, listed};
 use crate::recorded;
 use std::path::Path;
 use zonobench_estimation::controller::Controller;
+use zonobench_estimation::error::shortest;
 use zonobench_estimation::signal::{SIGNAL_KEYS, Signal};
 use zonobench_estimation::simulate::{DeltaLaw, Drawn, InitialState, Law, Noise, SimulationError};
 use zonobench_estimation::system::{System, Variable};
@@ -186,7 +187,8 @@ fn set_part(table: &Table, n: usize) -> Result<Option<Uncertain>, BadInput> {
             if bounds[0] > bounds[1] {
                 return Err(pair.fault(format!(
                     "expected lower <= upper, got [{}, {}]",
-                    bounds[0], bounds[1]
+                    shortest(bounds[0]),
+                    shortest(bounds[1])
                 )));
             }
             lower.push(bounds[0]);
@@ -553,7 +555,7 @@ pub fn inputs(
             return Err(section.fault(format!(
                 "expected one of {}, got {}",
                 listed(sources),
-                given.len()
+                if given.is_empty() { "none" } else { "several" }
             )));
         }
     };

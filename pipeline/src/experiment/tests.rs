@@ -273,7 +273,7 @@ fn a_covariance_that_is_none_is_refused() {
             "covariance = [[10.0, 0.0], [0.0, 10.0]]",
             "covariance = [[1.0, 2.0], [2.0, 1.0]]"
         ),
-        "x.toml:15: prior.covariance: expected a positive semidefinite matrix, got the eigenvalue -1.000000"
+        "x.toml:15: prior.covariance: expected a positive semidefinite matrix, got the eigenvalue -1"
     );
 }
 
@@ -479,7 +479,7 @@ fn a_swept_value_that_is_wrong_is_shown_in_the_sweep() {
     assert_eq!(
         complaint(&with("[sweep]\n\"estimator.mixt.phi\" = [8]\n")),
         format!(
-            "x.toml:{line}: estimator.mixt.phi: expected the id of a estimator (kf, mixed), got \"mixt\" [did you mean \"mixed\"?]"
+            "x.toml:{line}: estimator.mixt.phi: expected an id of estimator (kf, mixed), got \"mixt\" [did you mean \"mixed\"?]"
         )
     );
     assert!(
@@ -775,7 +775,7 @@ fn inputs_must_fit_the_system() {
     );
     assert!(
         complaint(&with(""))
-            .contains("inputs: expected one of constant, signals, file, controller, got 0")
+            .contains("inputs: expected one of constant, signals, file, controller, got none")
     );
     assert!(
         complaint(&with("file = \"u.csv\""))

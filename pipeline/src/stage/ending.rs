@@ -156,7 +156,10 @@ mod tests {
         };
         let ending = Ending::of("czmv", 0, 3, &domain);
         let cause = "box: the argument [0, 1] leaves the domain";
-        assert_eq!((ending.status.as_str(), ending.cause.as_str()), ("failed", cause));
+        assert_eq!(
+            (ending.status.as_str(), ending.cause.as_str()),
+            ("failed", cause)
+        );
         let large = EstimationError::NotFinite {
             what: "state",
             value: f64::INFINITY,
