@@ -195,17 +195,34 @@ const MOST_SHOWN: usize = 80;
 /// `text` in quotes, for "got …"; of a long one its beginning, and how long it is.
 pub fn shown(text: &str) -> String {
     let head = first_characters(text, MOST_SHOWN);
+    format!("{head:?}{}", rest(head, text))
+}
+
+/// A key or a number as it is; of a long one the beginning, and how long it is.
+pub fn shortened(text: &str) -> String {
+    let head = first_characters(text, MOST_SHOWN);
+    format!("{head}{}", rest(head, text))
+}
+
+/// What says that `head` is not all of `text`.
+fn rest(head: &str, text: &str) -> String {
     match head.len() == text.len() {
-        true => format!("{text:?}"),
-        false => format!("{head:?}... ({} characters)", text.chars().count()),
+        true => String::new(),
+        false => format!("... ({} characters)", text.chars().count()),
     }
 }
 
-/// A key or a message as it is; of a long one the beginning.
-pub fn shortened(text: &str) -> String {
-    let head = first_characters(text, 2 * MOST_SHOWN);
-    let dots = if head.len() == text.len() { "" } else { "..." };
-    format!("{head}{dots}")
+/// What a parser says, which may hold a value.
+pub fn brief(complaint: &str) -> String {
+    let head = first_characters(complaint, 3 * MOST_SHOWN);
+    format!(
+        "{head}{}",
+        if head.len() == complaint.len() {
+            ""
+        } else {
+            "..."
+        }
+    )
 }
 
 /// The longest word for which another is suggested.

@@ -1,7 +1,7 @@
 //! Typed access to the tree: every refusal names the key, what was expected, and what came.
 
 use super::tree::{Entry, Node, Source, Value};
-use crate::bad_input::{BadInput, listed, nearest, shortened, shown};
+use crate::bad_input::{BadInput, brief, listed, nearest, shortened, shown};
 use std::ops::Range;
 use zonobench_sets::Matrix;
 
@@ -366,7 +366,7 @@ pub fn deserialize<T: serde::de::DeserializeOwned>(
                 .map_or_else(|| table.fault(key, &complaint), |f| misread(&f, &complaint)),
             (None, None) => table.source.fault(
                 &table.node.span,
-                format!("{}: {}", table.path, shortened(&complaint)),
+                format!("{}: {}", table.path, brief(&complaint)),
             ),
         }
     })
@@ -379,7 +379,7 @@ fn misread(field: &Field, complaint: &str) -> BadInput {
         .find_map(|prefix| complaint.strip_prefix(prefix))
         .and_then(|rest| rest.rsplit_once(", expected "));
     let Some((got, expected)) = parts else {
-        return field.fault(shortened(complaint));
+        return field.fault(brief(complaint));
     };
     // Inside of an array or a table, only serde knows which value it was.
     let got = match field.node.value {

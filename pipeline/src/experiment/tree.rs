@@ -3,7 +3,7 @@
 //! Sweeps and cases change the tree before anything is read from it, so that a value is checked where
 //! it is used and an error still points at the line where it was written.
 
-use crate::bad_input::{BadInput, listed, nearest, shortened, shown};
+use crate::bad_input::{BadInput, brief, listed, nearest, shortened, shown};
 use std::ops::Range;
 use toml::de::{DeTable, DeValue};
 
@@ -69,7 +69,7 @@ impl Node {
     pub fn parse(source: &Source) -> Result<Node, BadInput> {
         let document = DeTable::parse(&source.text).map_err(|error| {
             let message = error.message().lines().collect::<Vec<_>>().join("; ");
-            source.fault(&error.span().unwrap_or(0..0), shortened(&message))
+            source.fault(&error.span().unwrap_or(0..0), brief(&message))
         })?;
         let span = document.span();
         table(source, document.into_inner(), span, "")
