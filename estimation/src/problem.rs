@@ -4,6 +4,7 @@
 //! estimator reads the part it understands: set filters the box or the generators, the Kalman filter
 //! mean and covariance, the mixed filters the sum. Everything is checked here, where it is made.
 
+use crate::error::shortest;
 use crate::system::{AnySystem, System};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::covariance::{Fault, Scaled};
@@ -109,14 +110,24 @@ impl Uncertain {
                 return Err(fault(
                     "box",
                     "finite numbers",
-                    format!("[{lo}, {hi}] in component {}", i + 1),
+                    format!(
+                        "[{}, {}] in component {}",
+                        shortest(lo),
+                        shortest(hi),
+                        i + 1
+                    ),
                 ));
             }
             if lo > hi {
                 return Err(fault(
                     "box",
                     "lower <= upper",
-                    format!("[{lo}, {hi}] in component {}", i + 1),
+                    format!(
+                        "[{}, {}] in component {}",
+                        shortest(lo),
+                        shortest(hi),
+                        i + 1
+                    ),
                 ));
             }
             // Halved first, so that the sum of two large bounds does not overflow.
@@ -280,16 +291,16 @@ pub fn check_covariance(key: &'static str, s: &Matrix, n: usize) -> Result<(), U
     let (expected, got) = match Scaled::new(s).check() {
         Ok(()) => return Ok(()),
         Err(Fault::Negative { i }) => {
-            let got = format!("the variance {} of component {}", shown(s[(i, i)]), i + 1);
+            let got = format!("the variance {} of component {}", shortest(s[(i, i)]), i + 1);
             (semidefinite, got)
         }
         Err(Fault::Asymmetric { i, j }) => {
             let got = format!(
                 "{} in row {}, column {} and {} in row {}, column {}",
-                shown(s[(i, j)]),
+                shortest(s[(i, j)]),
                 i + 1,
                 j + 1,
-                shown(s[(j, i)]),
+                shortest(s[(j, i)]),
                 j + 1,
                 i + 1
             );
@@ -298,11 +309,11 @@ pub fn check_covariance(key: &'static str, s: &Matrix, n: usize) -> Result<(), U
         Err(Fault::Correlation { i, j }) => {
             let got = format!(
                 "the covariance {} of components {} and {}, whose variances are {} and {}",
-                shown(s[(i, j)]),
+                shortest(s[(i, j)]),
                 j + 1,
                 i + 1,
-                shown(s[(j, j)]),
-                shown(s[(i, i)])
+                shortest(s[(j, j)]),
+                shortest(s[(i, i)])
             );
             (semidefinite, got)
         }
@@ -314,12 +325,6 @@ pub fn check_covariance(key: &'static str, s: &Matrix, n: usize) -> Result<(), U
     Err(fault(key, expected, got))
 }
 
-/// The number in its shortest form, with an exponent where it is long without.
-fn shown(x: f64) -> String {
-    let text = format!("{x:?}");
-    text.strip_suffix(".0").map_or(text.clone(), Into::into)
-}
-
 fn finite_vector(key: &'static str, v: &[f64], n: usize) -> Result<(), UncertainError> {
     if v.len() != n {
         return Err(fault(key, format!("{n} numbers"), v.len().to_string()));
@@ -328,7 +333,7 @@ fn finite_vector(key: &'static str, v: &[f64], n: usize) -> Result<(), Uncertain
         Some(i) => Err(fault(
             key,
             "finite numbers",
-            format!("{} in component {}", v[i], i + 1),
+            format!("{} in component {}", shortest(v[i]), i + 1),
         )),
         None => Ok(()),
     }
@@ -341,7 +346,7 @@ fn finite_matrix(key: &'static str, m: &Matrix) -> Result<(), UncertainError> {
             Err(fault(
                 key,
                 "finite numbers",
-                format!("{} in row {i}, column {j}", m.as_slice()[at]),
+                format!("{} in row {i}, column {j}", shortest(m.as_slice()[at])),
             ))
         }
         None => Ok(()),

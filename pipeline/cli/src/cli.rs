@@ -15,7 +15,8 @@ use zonobench_evidence::attack::{self, Size};
 use zonobench_evidence::count::text as counts_text;
 use zonobench_evidence::ledger;
 use zonobench_lab::experiment::Experiment;
-use zonobench_lab::tracking;
+use zonobench_lab::recorded;
+use zonobench_lab::tracking::{self, Tracked};
 use zonobench_lake::error::Error;
 use zonobench_lake::lake;
 use zonobench_lake::numbers;
@@ -72,9 +73,13 @@ enum Command {
         /// Inputs, in the same form
         #[arg(long)]
         inputs: Option<PathBuf>,
-        /// Folder for estimates.parquet, beliefs.parquet and estimators.parquet
+        /// Folder for estimates.parquet, beliefs.parquet and estimators.parquet, and for sets.parquet where the
+        /// file asks for sets
         #[arg(long)]
         out: PathBuf,
+        /// How many steps in a row may have no measurement: each of them is predicted
+        #[arg(long, value_name = "STEPS", default_value_t = recorded::LONGEST_GAP)]
+        longest_gap: usize,
     },
     /// Show what would run, and why
     Plan {
@@ -274,23 +279,14 @@ fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
             measurements,
             inputs,
             out,
+            longest_gap,
         } => {
-            for tracked in tracking::track(&file, &measurements, inputs.as_deref(), &out)? {
-                for (estimator, k) in &tracked.inconsistent {
-                    print(&format!(
-                        "{}: {estimator}: the measurement at k = {k} contradicts the model\n",
-                        tracked.id
-                    ))?;
-                }
-                if verbosity != Verbosity::Quiet {
-                    let out = tracked.out.display();
-                    print(&format!(
-                        "{}: k = 0 to {}; see {out}/estimates.parquet\n",
-                        tracked.id, tracked.steps
-                    ))?;
-                }
-            }
-            Ok(0)
+            let recording = tracking::Files {
+                measurements: &measurements,
+                inputs: inputs.as_deref(),
+                longest_gap,
+            };
+            track(&tracking::track(&file, &recording, &out)?, verbosity)
         }
         Command::Plan {
             files,
@@ -486,6 +482,7 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
     for violation in &violations {
         eprintln!("{}: {}", violation.path, violation.what);
     }
+    let failed = tell_failures(&finished);
     if verbosity != Verbosity::Quiet {
         let (made, found) = finished
             .iter()
@@ -495,7 +492,56 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
             start.elapsed().as_secs_f64()
         ))?;
     }
-    Ok(u8::from(errors > 0 || !violations.is_empty()))
+    Ok(u8::from(errors > 0 || failed || !violations.is_empty()))
+}
+
+/// Says how the estimators went on recorded data; 1 if one of them failed.
+fn track(all: &[Tracked], verbosity: Verbosity) -> Result<u8, Error> {
+    let mut failed = false;
+    for tracked in all {
+        let id = &tracked.id;
+        for ending in &tracked.endings {
+            let (estimator, k) = (&ending.estimator, ending.k);
+            match ending.status.as_str() {
+                _ if ending.is_failure() => {
+                    failed = true;
+                    eprintln!("{id}: {ending}");
+                }
+                "inconsistent" => print(&format!(
+                    "{id}: {estimator}: the measurement at k = {k} contradicts the model\n"
+                ))?,
+                _ => print(&format!("{id}: {estimator}: k = {k}: {}\n", ending.cause))?,
+            }
+        }
+        if verbosity != Verbosity::Quiet {
+            let mut out = String::new();
+            if !tracked.left_out.is_empty() {
+                let metrics = tracked.left_out.join(", ");
+                out += &format!("{id}: left out, because they need the truth: {metrics}\n");
+            }
+            let (steps, folder) = (tracked.steps, tracked.out.display());
+            out += &format!("{id}: k = 0 to {steps}; see {folder}/estimates.parquet\n");
+            print(&out)?;
+        }
+    }
+    Ok(u8::from(failed))
+}
+
+/// The most failures of an experiment that are told one by one.
+const MOST_TOLD: usize = 10;
+
+/// Tells the runs that failed, on the standard error; true if there are any. Their rows have the status.
+fn tell_failures(finished: &[Finished]) -> bool {
+    for f in finished {
+        let name = f.experiment.name();
+        for failure in f.failures.iter().take(MOST_TOLD) {
+            eprintln!("{name}: {failure}");
+        }
+        if let Some(more) = f.failures.len().checked_sub(MOST_TOLD).filter(|&n| n > 0) {
+            eprintln!("{name}: {more} more runs ended early; see the table estimates");
+        }
+    }
+    finished.iter().any(|f| !f.failures.is_empty())
 }
 
 /// `reports` below the current folder where it is there and this lake may be shown in it, else in the lake.
@@ -611,6 +657,7 @@ fn run_files(
     for violation in &violations {
         eprintln!("{}: {}", violation.path, violation.what);
     }
+    let failed = tell_failures(&finished);
     if verbosity != Verbosity::Quiet {
         let mut out = String::new();
         for e in &experiments {
@@ -627,7 +674,7 @@ fn run_files(
         );
         print(&out)?;
     }
-    Ok(u8::from(!violations.is_empty()))
+    Ok(u8::from(failed || !violations.is_empty()))
 }
 
 /// Appends one line to the run log: when, how long, what. Never hashed.

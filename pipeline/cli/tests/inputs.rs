@@ -185,7 +185,7 @@ fn tracking(path: &Path) -> Result<(), String> {
 }
 
 fn recording(path: &Path) -> Result<(), String> {
-    said(recorded::measurements(path, &["y1"]))
+    said(recorded::measurements(path, &["y1"], recorded::LONGEST_GAP))
 }
 
 fn manifest(path: &Path) -> Result<(), String> {

@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use zonobench_evidence::{attack, claims, count};
+use zonobench_lab::stage::ending::{self, Ending};
 use zonobench_lab::stage::estimate::Job;
 use zonobench_lab::stage::{Experiment, Recordings, estimate, reduce, simulate, trace};
 use zonobench_lake::error::Error;
@@ -27,6 +28,8 @@ pub struct Finished {
     pub experiment: Arc<Experiment>,
     simulation: Artifact,
     estimates: Vec<Artifact>,
+    /// The runs that an estimator ended without a belief, for a reason that is no result.
+    pub failures: Vec<Ending>,
     traces: Vec<(String, Artifact)>,
     metrics: Artifact,
     scores: Artifact,
@@ -86,6 +89,7 @@ pub fn run(
                     estimate::make(&Job::of(experiment, i), recordings()?, dir, &|n| {
                         progress.advance(&name, &what, n)
                     })
+                    .map(drop)
                 },
             )?;
             if !result.1 {
@@ -101,6 +105,10 @@ pub fn run(
         .into_iter()
         .map(|(artifact, _)| artifact)
         .collect();
+    let mut failures = Vec::new();
+    for path in estimates.iter().filter_map(|a| a.path(ending::FILE)) {
+        failures.extend(ending::read(&path)?);
+    }
     let mut traces = Vec::new();
     if experiment.output.traces {
         for (i, estimates) in estimates.iter().enumerate() {
@@ -137,6 +145,7 @@ pub fn run(
         experiment: experiment.clone(),
         simulation,
         estimates,
+        failures,
         traces,
         metrics,
         scores,

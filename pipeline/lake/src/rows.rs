@@ -69,7 +69,7 @@ table! {
         center: Option<f64>, "state", "point estimate; null if the status is not ok";
         lower: Option<f64>, "state", "lower bound of the set's interval hull; null without a set";
         upper: Option<f64>, "state", "upper bound of the set's interval hull; null without a set";
-        status: Name, "1", "ok, inconsistent (measurement contradicts the model), refused (the estimator does not go on), unbounded or failed";
+        status: Name, "1", "ok, or unbounded (a bound is infinite); in the last row of a run that ended early inconsistent (measurement contradicts the model), refused (the estimator does not go on), singular (a matrix has no inverse), overflow (a number is not finite) or failed";
     }
 }
 

@@ -79,15 +79,18 @@ impl PolytopeFilterSettings {
 
     /// Fails where a key is given that `kind` does not use.
     fn only(&self, kind: &'static str, choose: bool, carry: bool) -> Result<(), EstimationError> {
-        let refuse = |key, reason: &str| Err(EstimationError::setting(kind, key, "absent", reason));
+        let refuse = |key, expected| Err(EstimationError::setting(kind, key, expected, "one"));
         if self.choose.is_some() && !choose {
             return refuse(
                 "choose",
-                "a choice; there is one linear part, the middle of the Jacobian",
+                "no such key, because there is nothing to choose: the one linear part is the middle of the Jacobian",
             );
         }
         if self.carry.is_some() && !carry {
-            return refuse("carry", "a value; only lift has a choice");
+            return refuse(
+                "carry",
+                "no such key, because lift alone can carry facets or a hull",
+            );
         }
         Ok(())
     }

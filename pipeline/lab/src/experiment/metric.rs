@@ -31,6 +31,14 @@ pub struct MetricInfo {
     pub formula: &'static str,
 }
 
+/// Whether a metric compares with the true state.
+pub fn needs_truth(name: &str) -> bool {
+    match name {
+        "rmse" | "rmse_wrapped" | "rmse_norm" | "contains" | "outside" | "better" => true,
+        name => matches!(name, "ellipsoid_contains" | "boundary"),
+    }
+}
+
 /// Keys that every metric may have.
 pub const COMMON_KEYS: &[&str] = &["name", "id", "from", "to", "at", "phase", "description"];
 

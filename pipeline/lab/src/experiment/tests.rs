@@ -479,7 +479,7 @@ fn a_swept_value_that_is_wrong_is_shown_in_the_sweep() {
     assert_eq!(
         complaint(&with("[sweep]\n\"estimator.mixt.phi\" = [8]\n")),
         format!(
-            "x.toml:{line}: estimator.mixt.phi: expected the id of a estimator (kf, mixed), got \"mixt\" [did you mean \"mixed\"?]"
+            "x.toml:{line}: estimator.mixt.phi: expected an id of estimator (kf, mixed), got \"mixt\" [did you mean \"mixed\"?]"
         )
     );
     assert!(
@@ -775,7 +775,7 @@ fn inputs_must_fit_the_system() {
     );
     assert!(
         complaint(&with(""))
-            .contains("inputs: expected one of constant, signals, file, controller, got 0")
+            .contains("inputs: expected one of constant, signals, file, controller, got none")
     );
     assert!(
         complaint(&with("file = \"u.csv\""))
