@@ -36,7 +36,7 @@ const STAGES: &[(&str, &[&str], &[&str])] = &[
     (
         "COMPARE",
         &[],
-        &["stage/compare.rs", "statistics.rs", "published.rs"],
+        &["stage/compare", "statistics.rs", "published", "verdict.rs"],
     ),
     (
         "CLAIMS",

@@ -11,6 +11,7 @@ mod decoded;
 pub mod engine;
 pub mod error;
 pub mod experiment;
+pub mod judged;
 mod kept;
 pub mod lake;
 pub mod ledger;
@@ -31,5 +32,6 @@ pub mod table;
 pub mod tables;
 pub mod trace;
 pub mod tracking;
+pub mod verdict;
 
 pub use error::Error;

@@ -4,6 +4,7 @@ use crate::report::markdown::{code, escaped, heading, table};
 use crate::report::verdict;
 use crate::rows::Complexity;
 use crate::svg::{Axis, Colour, Figure, Marker, Panel, Series};
+use crate::verdict::Verdict;
 use std::collections::BTreeMap;
 
 /// The file of the picture of one claim.
@@ -35,7 +36,8 @@ pub fn section(paper: &str, rows: &[Complexity]) -> (String, Vec<(String, String
         };
         statements.push(vec![
             escaped(claim),
-            verdict::shown(&statement.verdict),
+            Verdict::parse(&statement.verdict)
+                .map_or_else(|_| escaped(&statement.verdict), verdict::shown),
             escaped(&statement.reason),
         ]);
         // The engine's own counts share a picture with the reading under the paper's prices.
