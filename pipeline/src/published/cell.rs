@@ -53,6 +53,8 @@ pub struct Score {
     pub metric: String,
     /// Component; empty for a metric that has none.
     pub component: String,
+    /// Which estimator the metric itself compares with; empty for whichever it is.
+    pub over: String,
 }
 
 impl Score {
@@ -73,6 +75,7 @@ impl Score {
             estimator: estimator.to_owned(),
             metric: metric.to_owned(),
             component: component.to_owned(),
+            over: String::new(),
         })
     }
 }
@@ -284,10 +287,11 @@ impl Comparand {
             estimator: filled("an estimator", columns.estimator)?,
             metric: metric.to_owned(),
             component: columns.component.to_owned(),
+            over: String::new(),
         };
         let Some((derived, _)) = derived else {
-            empty("over, which is for derived metrics", columns.over)?;
-            return Ok(Self::Metric(of));
+            let over = columns.over.to_owned();
+            return Ok(Self::Metric(Score { over, ..of }));
         };
         let make = match derived {
             "ratio" => Self::Ratio,
@@ -362,7 +366,11 @@ impl Comparand {
             labels
         };
         let mut labels = match self {
-            Self::Metric(of) => score(of, of.metric.clone()),
+            Self::Metric(of) => {
+                let mut labels = score(of, of.metric.clone());
+                labels.push(("over", of.over.clone()));
+                labels
+            }
             Self::Ratio(of) => pair("ratio", of),
             Self::Percent(of) => pair("percent", of),
             Self::Drop(of) => pair("drop", of),
@@ -466,7 +474,6 @@ mod tests {
             (["a", "f", "ration(rmse)", "", "g"], "did you mean ratio?"),
             (["a", "f", "ratio(rmse", "", "g"], "in brackets"),
             (["a", "f", "ratio(rmse)", "", ""], "in the column over"),
-            (["a", "f", "rmse", "", "g"], "nothing in the column over"),
             (["a", "", "rmse", "", ""], "an estimator"),
             (["", "f", "rmse", "", ""], "experiments"),
             (

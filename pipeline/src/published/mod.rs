@@ -340,7 +340,13 @@ fn named(cell: &Cell, known: &Known<'_>) -> Result<(), (String, String)> {
         })
     };
     match &cell.comparand {
-        Comparand::Metric(score) => estimators(&score.experiments, &score.estimator),
+        Comparand::Metric(score) => {
+            estimators(&score.experiments, &score.estimator)?;
+            match score.over.as_str() {
+                "" => Ok(()),
+                over => estimators(&score.experiments, over),
+            }
+        }
         Comparand::Ratio(pair)
         | Comparand::Percent(pair)
         | Comparand::Drop(pair)

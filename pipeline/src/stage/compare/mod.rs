@@ -292,6 +292,7 @@ mod tests {
                 estimator: "e".to_owned(),
                 metric: "m".to_owned(),
                 component: String::new(),
+                over: String::new(),
             })
         };
         assert_eq!(of(&["a"]), Some(vec![1.0, 3.0]));

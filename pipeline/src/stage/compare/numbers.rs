@@ -90,8 +90,10 @@ impl Results<'_> {
     pub(super) fn values(&self, score: &Score) -> Option<Vec<f64>> {
         let of = |experiment: &String| {
             let held = self.scores.get(experiment)?;
-            let found = held.iter().find(|((e, m, c, _), _)| {
-                **e == *score.estimator
+            let found = held.iter().find(|((e, m, c, over), _)| {
+                let over = over.as_deref().unwrap_or("");
+                (score.over.is_empty() || *score.over == *over)
+                    && **e == *score.estimator
                     && **m == *score.metric
                     && c.as_deref().unwrap_or("") == score.component
             });
