@@ -217,8 +217,11 @@ impl Affine {
     }
 }
 
+/// A map of SE(2) to itself.
+type Map = Box<dyn Fn(&M) -> M>;
+
 /// Maps of SE(2) to itself: X ↦ E X F, which is group affine, and others, which are not.
-fn maps(e: &M, f: &M) -> [Box<dyn Fn(&M) -> M>; 4] {
+fn maps(e: &M, f: &M) -> [Map; 4] {
     let [e1, f1, f2, f3] = [e, f, f, f].map(M::clone);
     [
         Box::new(move |x| e1.mul(x).mul(&f1)),
