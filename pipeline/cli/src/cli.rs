@@ -30,7 +30,7 @@ use zonobench_verdicts::verdict::Verdict;
 /// Set-membership and mixed state estimation: published results, rebuilt and compared.
 ///
 /// `zonobench reproduce-all` runs every published experiment and ends with a verdict for every printed
-/// number. Results lie in a lake of Parquet tables and MCAP traces that `tables`, `query` and `report` read.
+/// number and claim that `published.csv` lists. Results lie in a lake of Parquet tables and MCAP traces that `tables`, `query` and `report` read.
 /// Nothing is computed twice: the same command after a change, or after a kill, runs what is missing.
 #[derive(Parser)]
 #[command(name = "zonobench", version, max_term_width = 110)]
@@ -49,7 +49,7 @@ struct Cli {
 enum Command {
     /// Rebuild the papers: every experiment, the lake, the traces, the tables, the report
     ///
-    /// Exit code 0: done, every published number has a verdict and no guarantee is violated ("differs" is a
+    /// Exit code 0: done, every published row has a verdict and no guarantee is violated ("differs" is a
     /// finding, not a failure); 1: something failed or a guarantee is violated; 2: bad usage.
     ReproduceAll(Reproduce),
     /// Run your own experiment files through the same stages
@@ -140,7 +140,20 @@ enum Command {
         #[arg(long, default_value = "reports")]
         out: PathBuf,
     },
-    /// Try the papers' numbered claims in exact arithmetic: verdict, trials lost, counterexample
+    /// What the authors of a paper would want to read, as Markdown
+    ///
+    /// Every verdict of the paper that is not a success: the evidence, the command that shows it, and what would
+    /// change it.
+    Dossier {
+        /// Paper
+        paper: String,
+        /// A file for it; the terminal if not given
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
+        #[command(flatten)]
+        lake: LakeArg,
+    },
+    /// Try the papers' numbered claims in exact arithmetic: verdict, counterexample
     ///
     /// Nothing is read or kept: the same command gives the same counts. The lake's table `claims` holds them too.
     Claims {
@@ -311,6 +324,15 @@ fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
             files,
             lake,
         } => explain(&target, &files, &lake.lake),
+        Command::Dossier { paper, out, lake } => {
+            let text = report::dossier(&lake.lake, &paper)?;
+            match out {
+                Some(file) => std::fs::write(&file, text)
+                    .map_err(|e| Error::io("write", &file, e))
+                    .map(|()| 0),
+                None => print(&text).map(|()| 0),
+            }
+        }
         Command::Count { paper, lake } => count(paper.as_deref(), &lake.lake),
         Command::Tables {
             paper,

@@ -388,6 +388,64 @@ fn the_counts_of_the_matrix_are_those_of_the_lake() {
 }
 
 #[test]
+fn a_dossier_has_every_verdict_that_is_no_success_with_evidence_and_a_command() {
+    for paper in ["box", "ezgkf"] {
+        let text = dossier(LAKE.path(), paper).unwrap();
+        let mut shown = 0;
+        for c in tables::comparisons(LAKE.path(), paper).unwrap() {
+            let item = format!(
+                "{}{}: printed “{}”",
+                label(&c.row),
+                if c.column.is_empty() {
+                    String::new()
+                } else {
+                    format!(", {}", label(&c.column))
+                },
+                markdown::escaped(&c.published)
+            );
+            if !c.is_as_written() {
+                continue;
+            }
+            let found = text.lines().position(|l| {
+                l.starts_with(&format!("- **{}**", markdown::escaped(&c.table)))
+                    && l.contains(&item)
+            });
+            assert_eq!(found.is_some(), !c.verdict.is_success(), "{paper}: {item}");
+            let Some(found) = found else { continue };
+            shown += 1;
+            let below: Vec<&str> = text.lines().skip(found + 1).take(3).collect();
+            let evidence = markdown::escaped(c.reason.trim_end_matches('.'));
+            assert_eq!(below[0], format!("  - Evidence: {evidence}"));
+            let command = below
+                .iter()
+                .find(|l| l.starts_with("  - Shown by: `zonobench "));
+            assert!(command.is_some(), "{item}: {below:?}");
+        }
+        assert!(shown > 0, "{paper} has something to ask");
+        // It says what came out too, in the counts of the front page.
+        let all = tables::comparisons(LAKE.path(), paper).unwrap();
+        let reproduced = all
+            .iter()
+            .filter(|c| c.is_as_written() && c.subject == Subject::Number && c.verdict.is_success())
+            .count();
+        if reproduced > 0 {
+            assert!(
+                text.contains(&format!("{reproduced} reproduced")),
+                "{paper}"
+            );
+        }
+    }
+    let error = dossier(LAKE.path(), "nobody").unwrap_err();
+    assert!(matches!(&error, Error::Unknown { expected, .. } if expected == "papers: box, ezgkf"));
+    let quick = published(&["ezgkf"], Scale::Quick, false);
+    assert!(
+        dossier(quick.path(), "ezgkf")
+            .unwrap()
+            .contains("A smoke run")
+    );
+}
+
+#[test]
 fn a_smoke_run_says_so_and_a_paper_that_is_not_there_is_named() {
     let lake = published(&["ezgkf"], Scale::Quick, false);
     let pages = pages(&lake);

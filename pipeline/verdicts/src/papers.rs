@@ -181,3 +181,17 @@ impl Paper {
             .map(|(path, _)| *path)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_paper_is_read() {
+        let papers = load(&[]).unwrap();
+        assert_eq!(papers.len(), names().len());
+        for paper in papers {
+            assert!(!paper.published.is_empty() && !paper.cells.is_empty(), "{}", paper.name);
+        }
+    }
+}

@@ -11,7 +11,7 @@ mod parameter;
 mod timings;
 
 pub use parameter::parameter;
-pub use timings::{Times, timings};
+pub use timings::{Times, parts, timings};
 
 use crate::papers::Paper;
 use crate::published::{Cell, Comparand, Kind, Published, Reading};

@@ -4,7 +4,7 @@ use crate::papers::Paper;
 use crate::published::{Cell, Comparand, Comparison, Kind, Phase, Published, Time};
 use crate::statistics::mean_sd;
 use crate::verdict::Verdict;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use zonobench_lake::digits::four_digits;
 use zonobench_lake::rows::TimingComparison;
 
@@ -67,6 +67,22 @@ pub fn timings(paper: &Paper, times: &Times) -> Vec<TimingComparison> {
             }
         })
         .collect()
+}
+
+/// The parts of steps that a paper's cells name, as keys of [`Times`].
+pub fn parts(paper: &Paper) -> BTreeSet<(String, String, Phase)> {
+    let timed = paper.cells.iter().filter_map(|cell| match &cell.comparand {
+        Comparand::Timing { of, over } => Some(std::iter::once(of).chain(over)),
+        _ => None,
+    });
+    let keys = |time: &Time| -> Vec<(String, String, Phase)> {
+        let Some(phase) = time.phase else {
+            return Vec::new();
+        };
+        let key = |id: &String| (id.clone(), time.estimator.clone(), phase);
+        time.experiments.iter().map(key).collect()
+    };
+    timed.flatten().flat_map(keys).collect()
 }
 
 /// The mean over the experiments of the mean over the runs, in ms.
