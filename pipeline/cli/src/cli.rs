@@ -25,6 +25,7 @@ use zonobench_query::tables;
 use zonobench_report as report;
 use zonobench_verdicts::compare::Scale;
 use zonobench_verdicts::papers::{self, Paper};
+use zonobench_verdicts::verdict::Verdict;
 
 /// Set-membership and mixed state estimation: published results, rebuilt and compared.
 ///
@@ -518,11 +519,10 @@ fn has_every_paper(entries: &[lake::Entry]) -> bool {
 
 /// Prints the matrix of verdicts and where to look; returns the number of cells in error.
 fn summary(lake: &Path, reports: &Path, quick: bool, verbosity: Verbosity) -> Result<usize, Error> {
-    let matrix = tables::matrix(lake)?;
-    let errors = matrix
-        .iter()
-        .filter(|(_, _, verdict, _)| verdict == "error")
-        .map(|(_, _, _, n)| n)
+    let tallies = tables::tallies(lake)?;
+    let errors = (tallies.iter().flat_map(|t| &t.parts))
+        .filter(|part| part.like == Verdict::Error)
+        .map(|part| part.n)
         .sum();
     if verbosity == Verbosity::Quiet {
         return Ok(errors);
@@ -532,8 +532,12 @@ fn summary(lake: &Path, reports: &Path, quick: bool, verbosity: Verbosity) -> Re
             .to_owned()
     } else {
         format!(
-            "What the papers print, as reproduced (reading as-written), cells by verdict:\n\n{}\n",
-            tables::matrix_text(lake)?
+            "What the papers print, as reproduced (reading as-written), by verdict:\n\n{}\n{}\n",
+            tables::matrix_text(lake)?,
+            tallies
+                .iter()
+                .map(|t| t.sentence(|part| format!("{} {}", part.n, part.what)) + "\n")
+                .collect::<String>()
         )
     };
     out += &format!(

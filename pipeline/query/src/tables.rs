@@ -1,14 +1,16 @@
 //! The papers' tables: published beside reproduced, with interval, verdict and reason.
 
 use crate::query;
-use polars::prelude::{Expr, IntoLazy, LazyFrame, col, len, lit};
 use std::path::Path;
 use zonobench_lake::digits::four_digits;
 use zonobench_lake::error::Error;
 use zonobench_lake::lake::{paper_table_path, read_manifest};
-use zonobench_lake::rows::{Comparison, TimingComparison};
+use zonobench_lake::rows::TimingComparison;
 use zonobench_lake::table;
-use zonobench_verdicts::verdict;
+use zonobench_verdicts::compare::interval;
+use zonobench_verdicts::judged::{self, Judged, Tally};
+use zonobench_verdicts::papers;
+use zonobench_verdicts::verdict::Verdict;
 
 /// How the tables are printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -40,8 +42,14 @@ pub fn papers(lake: &Path) -> Result<Vec<String>, Error> {
 }
 
 /// All comparisons of a paper, in the order of its published numbers.
-pub fn comparisons(lake: &Path, paper: &str) -> Result<Vec<Comparison>, Error> {
-    table::read(&lake.join(paper_table_path("comparison", paper)))
+pub fn comparisons(lake: &Path, paper: &str) -> Result<Vec<Judged>, Error> {
+    let paper = papers::load(&[paper.to_owned()])?;
+    let read = |paper| judged::read(lake, paper);
+    Ok(paper
+        .iter()
+        .map(read)
+        .collect::<Result<Vec<_>, _>>()?
+        .concat())
 }
 
 /// The timing comparisons of a paper, if any were made.
@@ -54,123 +62,74 @@ pub fn timing_comparisons(lake: &Path, paper: &str) -> Result<Vec<TimingComparis
     }
 }
 
-/// How many cells have which verdict, by paper and table: (paper, table, verdict, cells).
-pub fn matrix(lake: &Path) -> Result<Vec<(String, String, String, usize)>, Error> {
-    let Some(frame) = query::table(lake, "comparison")? else {
-        return Ok(Vec::new());
-    };
-    let keys: [Expr; 3] = [col("paper"), col("table"), col("verdict")];
-    let counted = frame
-        .filter(col("reading").eq(lit("as-written")))
-        .group_by_stable(keys)
-        .agg([len().alias("cells")])
-        .lazy();
-    let frame = collect(counted)?;
-    let text = |name: &str, row: usize| {
-        frame
-            .column(name)
-            .ok()
-            .and_then(|c| c.get(row).ok())
-            .map(|v| v.get_str().map_or_else(|| v.to_string(), str::to_owned))
-    };
-    let mut rows = Vec::new();
-    for row in 0..frame.height() {
-        let get = |name| text(name, row).unwrap_or_default();
-        rows.push((
-            get("paper"),
-            get("table"),
-            get("verdict"),
-            get("cells").parse().unwrap_or(0),
-        ));
+/// What the cells of all papers came to: numbers, parameters and claims apart.
+pub fn tallies(lake: &Path) -> Result<Vec<Tally>, Error> {
+    let mut all = Vec::new();
+    for paper in papers(lake)? {
+        all.extend(comparisons(lake, &paper)?);
     }
-    Ok(rows)
+    Ok(judged::tallies(all.iter()))
 }
 
-fn collect(frame: LazyFrame) -> Result<polars::prelude::DataFrame, Error> {
-    frame.collect().map_err(|e| Error::Query {
-        message: e.to_string(),
-        tables: "comparison".to_owned(),
-    })
-}
-
-/// The verdicts that a reader should look at first.
-pub fn is_finding(verdict: &str) -> bool {
-    matches!(
-        verdict,
-        "differs" | "does_not_hold" | "not_reproducible" | "error"
-    )
-}
-
-/// The matrix of verdicts as text: a line a table, a column a verdict, and a line of each paper's sums.
+/// The matrix of verdicts as text: a line a table, a column a verdict of numbers, of parameters and of claims, and a line
+/// of each paper's counts.
 pub fn matrix_text(lake: &Path) -> Result<String, Error> {
-    let counted = matrix(lake)?;
-    let mut verdicts: Vec<&str> = counted.iter().map(|(_, _, v, _)| v.as_str()).collect();
-    verdicts.sort_by_key(|v| (verdict::rank(v), *v));
-    verdicts.dedup();
-    let mut lines: Vec<(&str, &str)> = Vec::new();
-    for (paper, table, _, _) in &counted {
-        if !lines.iter().any(|(p, _)| p == paper) {
-            lines.push((paper, ""));
+    let mut lines: Vec<(String, Vec<Judged>)> = Vec::new();
+    for paper in papers(lake)? {
+        let all = comparisons(lake, &paper)?;
+        let mut tables: Vec<(String, Vec<Judged>)> = Vec::new();
+        for c in &all {
+            let name = format!("  {}", c.table);
+            match tables.iter_mut().find(|(table, _)| *table == name) {
+                Some((_, cells)) => cells.push(c.clone()),
+                None => tables.push((name, vec![c.clone()])),
+            }
         }
-        if !lines.contains(&(paper, table)) {
-            lines.push((paper, table));
-        }
+        lines.push((paper, all));
+        lines.extend(tables);
     }
-    let rows = lines.iter().map(|(paper, table)| {
-        let of = |wanted: Option<&str>| -> usize {
-            counted
-                .iter()
-                .filter(|(p, t, v, _)| {
-                    p == paper && (table.is_empty() || t == table) && wanted.is_none_or(|w| w == v)
-                })
-                .map(|(_, _, _, n)| n)
-                .sum()
-        };
-        let name = if table.is_empty() {
-            (*paper).to_owned()
-        } else {
-            format!("  {table}")
-        };
-        let each = verdicts.iter().map(|v| match of(Some(v)) {
+    let columns = judged::columns(lines.iter().flat_map(|(_, cells)| cells));
+    let rows = lines.iter().map(|(name, cells)| {
+        let of = |column| match judged::in_column(cells.iter(), column) {
             0 => "·".to_owned(),
             n => n.to_string(),
-        });
-        [name, of(None).to_string()]
-            .into_iter()
-            .chain(each)
-            .collect()
+        };
+        let each = columns.iter().map(|column| of(*column));
+        std::iter::once(name.clone()).chain(each).collect()
     });
-    let header: Vec<String> = ["paper, table", "cells"]
-        .map(str::to_owned)
-        .into_iter()
-        .chain(verdicts.iter().map(|v| marked(v)))
+    let header: Vec<String> = std::iter::once("paper, table".to_owned())
+        .chain((columns.iter()).map(|(subject, v)| format!("{}: {}", subject.name(), marked(*v))))
         .collect();
     Ok(query::aligned(&header, rows))
 }
 
-fn marked(name: &str) -> String {
-    format!("{} {name}", verdict::mark(name))
-        .trim_start()
-        .to_owned()
+/// Mark and name.
+fn marked(verdict: Verdict) -> String {
+    format!("{} {verdict}", verdict.mark())
 }
 
 /// The width that reasons are wrapped to.
 const WIDTH: usize = 110;
 
 /// A table for reading: verdicts counted, a cell's other readings below it, the reasons as numbered notes.
-fn readable(paper: &str, title: &str, rows: &[&Comparison]) -> String {
-    let counts: Vec<String> = verdict::counts(rows.iter().copied())
+fn readable(paper: &str, title: &str, rows: &[&Judged]) -> String {
+    let counts: Vec<String> = judged::counts_by_subject(rows.iter().copied())
         .iter()
-        .map(|(name, n)| format!("{n} {}", marked(name)))
+        .map(|(subject, counts)| {
+            let each: Vec<String> = (counts.iter())
+                .map(|(verdict, n)| format!("{n} {}", marked(*verdict)))
+                .collect();
+            format!("{}: {}", subject.name(), each.join(", "))
+        })
         .collect();
-    let mut out = format!("\n{paper}: {title}   {}\n\n", counts.join(", "));
+    let mut out = format!("\n{paper}: {title}   {}\n\n", counts.join("; "));
     let mut notes: Vec<&str> = Vec::new();
     let mut last = "";
     let levels = |label: &str| label.replace('|', " · ");
     let mut lines = Vec::new();
     for c in rows {
         let mut line = cells(c).split_off(1);
-        if verdict::is_as_written(c) {
+        if c.is_as_written() {
             line[0] = if last == &*c.row {
                 String::new()
             } else {
@@ -184,8 +143,8 @@ fn readable(paper: &str, title: &str, rows: &[&Comparison]) -> String {
         }
         line.remove(2);
         if let Some(shown) = line.last_mut() {
-            *shown = marked(&c.verdict);
-            if is_finding(&c.verdict) && !c.reason.is_empty() {
+            *shown = marked(c.verdict);
+            if (c.verdict.is_finding() || !c.verdict.is_success()) && !c.reason.is_empty() {
                 let found = notes.iter().position(|note| *note == &*c.reason);
                 let number = found.unwrap_or_else(|| {
                     notes.push(&c.reason);
@@ -243,11 +202,7 @@ const HEADER: [&str; 8] = [
     "verdict",
 ];
 
-fn cells(c: &Comparison) -> Vec<String> {
-    let interval = match (c.interval_lo, c.interval_hi) {
-        (Some(lo), Some(hi)) => format!("[{}, {}]", four_digits(lo), four_digits(hi)),
-        _ => String::new(),
-    };
+fn cells(c: &Judged) -> Vec<String> {
     vec![
         c.table.to_string(),
         c.row.to_string(),
@@ -255,7 +210,8 @@ fn cells(c: &Comparison) -> Vec<String> {
         c.reading.to_string(),
         c.published.to_string(),
         c.reproduced.map(four_digits).unwrap_or_default(),
-        interval,
+        c.interval
+            .map_or_else(String::new, |(lo, hi)| interval(lo, hi)),
         c.verdict.to_string(),
     ]
 }
@@ -316,7 +272,7 @@ pub fn render(
             .iter()
             .filter(|t| wanted.is_none_or(|w| w.eq_ignore_ascii_case(t)))
         {
-            let rows: Vec<&Comparison> = all.iter().filter(|c| *c.table == **title).collect();
+            let rows: Vec<&Judged> = all.iter().filter(|c| *c.table == **title).collect();
             match format {
                 Format::Csv => {
                     for c in rows {
@@ -350,7 +306,7 @@ pub fn render(
     Ok(out)
 }
 
-fn latex(paper: &str, title: &str, rows: &[&Comparison]) -> String {
+fn latex(paper: &str, title: &str, rows: &[&Judged]) -> String {
     let mut out = format!("% {paper}: {title}\n\\begin{{tabular}}{{lllrrll}}\n");
     out += &HEADER[1..]
         .iter()
@@ -388,6 +344,8 @@ fn tex(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use zonobench_verdicts::judged::Subject;
+    use zonobench_verdicts::published::Reading;
 
     #[test]
     fn notes_are_wrapped_below_where_they_begin() {
@@ -403,22 +361,25 @@ mod tests {
 
     #[test]
     fn a_cell_s_readings_stand_below_it_and_reasons_once() {
-        let cell = |reading: &str, verdict: &str| Comparison {
+        let cell = |reading: &str| Judged {
             table: "Table I".into(),
             row: "a|b".into(),
             column: "c".into(),
-            reading: reading.into(),
+            reading: Reading::of(reading),
             published: "1.0".into(),
             reproduced: Some(2.0),
-            interval_lo: None,
-            interval_hi: None,
-            rel_diff: None,
-            verdict: verdict.into(),
+            interval: None,
+            verdict: Verdict::Differs,
             reason: "twice as much".into(),
+            subject: Subject::Number,
+            asked: None,
         };
-        let (written, other) = (cell("as-written", "differs"), cell("other", "differs"));
+        let (written, other) = (cell("as-written"), cell("other"));
         let text = readable("p", "Table I", &[&written, &other]);
-        assert!(text.contains("p: Table I   1 ✗ differs\n"), "{text}");
+        assert!(
+            text.contains("p: Table I   numbers: 1 ✗ differs\n"),
+            "{text}"
+        );
         assert!(text.contains(" a · b  c "), "{text}");
         assert!(text.contains("↳ other"), "{text}");
         assert_eq!(text.matches("✗ differs [1]").count(), 2, "{text}");

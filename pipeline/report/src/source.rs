@@ -14,7 +14,10 @@ use zonobench_lake::rows::{
     Set, Truth, Variable,
 };
 use zonobench_lake::table::{self, Row};
+use zonobench_verdicts::judged::{self, Judged};
 use zonobench_verdicts::papers::{self, Paper};
+use zonobench_verdicts::published::Kind;
+use zonobench_verdicts::verdict::Verdict;
 
 /// A lake and its manifest.
 pub struct Source {
@@ -29,7 +32,7 @@ pub struct Held {
     /// The ids of its experiments, in order
     pub experiments: Vec<String>,
     /// The printed numbers beside ours; none where no comparison was made
-    pub comparisons: Vec<Comparison>,
+    pub comparisons: Vec<Judged>,
     /// The numbered claims, tried
     pub claims: Vec<Claim>,
     /// The printed numbers
@@ -41,7 +44,15 @@ pub struct Held {
 impl Held {
     /// Whether the numbers are those of a smoke run.
     pub fn is_quick(&self) -> bool {
-        self.comparisons.iter().any(|c| &*c.verdict == "quick")
+        self.comparisons.iter().any(|c| c.verdict == Verdict::Quick)
+    }
+
+    /// How many times it prints, and statements about times.
+    pub fn times(&self) -> usize {
+        self.published
+            .iter()
+            .filter(|p| &*p.kind == Kind::Timing.name())
+            .count()
     }
 
     /// The titles of its tables, in order.
@@ -169,7 +180,13 @@ impl Source {
         let mut held = Held {
             name: name.to_owned(),
             experiments: experiments.iter().map(|e| (*e).to_owned()).collect(),
-            comparisons: self.of_paper(name)?,
+            comparisons: match &paper {
+                Some(paper) => {
+                    let path = self.lake.join(lake::paper_table_path("comparison", name));
+                    judged::of(self.of_paper::<Comparison>(name)?, paper, &path)?
+                }
+                None => Vec::new(),
+            },
             claims: self.of_paper(name)?,
             published: self.of_paper(name)?,
             paper,

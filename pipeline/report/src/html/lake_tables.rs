@@ -1,7 +1,7 @@
 //! What the sweeps put into the lake: the papers' numbered claims put to the test, the campaign against the
 //! guarantees, the counted operations. Each is shown with the columns that it has.
 
-use super::markup::{badge, escaped, place, row, scrolling, table};
+use super::markup::{badge_named, escaped, place, row, scrolling, table};
 use super::{Page, heading};
 use crate::svg::{self, Axis, Colour, Marker, Panel, Series};
 use polars::prelude::{AnyValue, DataFrame, LazyFrame};
@@ -34,20 +34,6 @@ pub struct Measured {
     frames: [Option<DataFrame>; 3],
 }
 
-/// A claim that does not hold.
-pub struct FalseClaim {
-    /// Its name
-    pub claim: String,
-    /// What it says
-    pub statement: String,
-    /// How it was found to be false
-    pub measured: String,
-    /// `does_not_hold`
-    pub verdict: String,
-    /// What follows from that
-    pub consequence: String,
-}
-
 /// Reads the tables that there are.
 pub fn read(lake: &Path) -> Result<Measured, Error> {
     let mut frames = [None, None, None];
@@ -74,35 +60,6 @@ impl Measured {
         absent
             .map(|(_, (name, command, _))| (name, command))
             .collect()
-    }
-
-    /// The claims of a paper that were found to be false.
-    pub fn false_claims(&self, paper: &str) -> Vec<FalseClaim> {
-        let Some(frame) = &self.frames[0] else {
-            return Vec::new();
-        };
-        let of_paper = |i: &usize| {
-            text(frame, "paper", *i) == paper && text(frame, "verdict", *i) == "does_not_hold"
-        };
-        let claim = |i| FalseClaim {
-            claim: text(frame, "claim", i),
-            statement: text(frame, "statement", i),
-            measured: [
-                format!(
-                    "false in {} of {} trials",
-                    text(frame, "lost", i),
-                    text(frame, "trials", i)
-                ),
-                text(frame, "counterexample", i),
-            ]
-            .into_iter()
-            .filter(|part| !part.is_empty())
-            .collect::<Vec<_>>()
-            .join("; "),
-            verdict: text(frame, "verdict", i),
-            consequence: text(frame, "consequence", i),
-        };
-        (0..frame.height()).filter(of_paper).map(claim).collect()
     }
 }
 
@@ -169,7 +126,7 @@ fn whole(name: &str, frame: &DataFrame) -> String {
             let cells: Vec<String> = columns
                 .iter()
                 .map(|c| match (c.as_str(), text(frame, c, i)) {
-                    ("verdict", verdict) => badge(&verdict),
+                    ("verdict", verdict) => badge_named(&verdict),
                     (_, text) => escaped(&text),
                 })
                 .collect();
@@ -251,7 +208,7 @@ fn counts(frame: &DataFrame) -> String {
             "<details><summary>{}: {} {}</summary><figure>{}</figure></details>\n",
             escaped(&paper),
             escaped(&claim),
-            badge(&text(frame, "verdict", rows[0])),
+            badge_named(&text(frame, "verdict", rows[0])),
             scrolling(&claim, &figure.to_svg())
         );
     }
