@@ -122,10 +122,11 @@ fn cloud(run: &FirstRun, problem: &Problem) -> Vec<Vec<[f64; 2]>> {
     let (Some(w), Some(v)) = (&problem.w.bounds, &problem.v.bounds) else {
         return Vec::new();
     };
-    let names = problem.system.variables().y;
+    let variables = problem.system.variables();
+    let names = variables.y;
     let agrees = |k: i32, x: &[f64]| {
         let mut y = vec![0.0; names.len()];
-        let silent = vec![0.0; v.len()];
+        let silent = vec![0.0; variables.v.len()];
         problem.system.h(k as usize, x, &[], &silent, &mut y);
         names.iter().zip(&y).zip(v.iter()).all(|((name, y), v)| {
             let seen = run.measured.get(&name.name).and_then(|seen| seen.get(&k));
