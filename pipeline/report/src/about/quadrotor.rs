@@ -126,13 +126,13 @@ fn flight(run: &FirstRun) -> Drawing {
             .filter_map(|(k, &x)| Some(seen([x, *ys.get(k)?, *zs.get(k)?])))
             .collect(),
     });
-    // One metre along each axis, from a corner below the path.
-    let origin = [-1.0, -1.0, 0.0];
+    // Half a metre along each axis, from a corner below the path.
+    let origin = [-0.3, -0.3, 0.6];
     for axis in 0..3 {
         let mut end = origin;
-        end[axis] += 1.0;
+        end[axis] += 0.5;
         series.push(Series::Dashes {
-            label: "1 m along x, y, z".to_owned(),
+            label: "0.5 m along x, y, z".to_owned(),
             colour: Colour::Grey,
             points: vec![seen(origin), seen(end)],
         });
