@@ -172,7 +172,6 @@ fn cloud(run: &FirstRun, problem: &Problem) -> Vec<Vec<[f64; 2]>> {
 }
 
 /// Figs. 1 and 2: a panel a step.
-#[allow(clippy::too_many_arguments)]
 fn updated_sets(
     experiment: &str,
     title: &str,
