@@ -4,13 +4,13 @@
 mod draws;
 
 use draws::Draws;
-use zonobench_estimation::systems::{Form, Unicycle, VehicleSe2};
+use zonobench_estimation::systems::{Form, Linear, Unicycle, VehicleSe2};
 use zonobench_estimation::{
     AnyBelief, AnyEstimator, AnySystem, Belief, EstimatorSettings, Problem, System, Uncertain,
     track,
 };
 use zonobench_sets::ops::{Kernel, tally};
-use zonobench_sets::{Containment, Interval};
+use zonobench_sets::{Containment, Interval, Matrix};
 
 /// Two landmarks, slow, and precise enough that facets outlive the measurements.
 fn unicycle() -> Problem {
@@ -204,5 +204,49 @@ fn a_bound_on_facets_without_a_meaning_is_refused() {
         let settings: EstimatorSettings = serde_json::from_str(settings).unwrap();
         let refused = AnyEstimator::new(&settings, &unicycle()).unwrap_err();
         assert!(refused.to_string().contains(expected), "{refused}");
+    }
+}
+
+#[test]
+fn on_a_linear_system_czfo_costs_what_czmv_does() {
+    let a = Matrix::from_fn(4, 4, |i, j| {
+        if i == j {
+            0.8
+        } else {
+            0.1 * (i as f64 - j as f64)
+        }
+    });
+    let c = Matrix::from_rows(&[[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 1.0]]).unwrap();
+    let noise = |r: f64, n| Uncertain::from_box(&vec![-r; n], &vec![r; n]).unwrap();
+    let problem = Problem {
+        system: AnySystem::Linear(Linear::new(a, None, c, None).unwrap()),
+        prior: noise(1.0, 4),
+        w: noise(0.1, 4),
+        v: noise(0.2, 2),
+    };
+    let (xs, ys) = simulated(&problem, 30, 6, true);
+    let work = |settings: &str| {
+        let e = estimator(settings, &problem);
+        let (radii, counts) = tally(|| {
+            let steps = track(&e, 30, &[], &ys);
+            let radii = steps.map(|step| {
+                let updated = step.updated.unwrap();
+                let hull = updated.interval_hull().unwrap();
+                assert!(hull.contains(&xs[step.k]), "{settings} at {}", step.k);
+                updated.size().radius.unwrap()
+            });
+            radii.sum::<f64>()
+        });
+        (radii, counts.total())
+    };
+    let own = r#""generators": 20, "constraints": 5, "h": "c3""#;
+    let (radius, czmv) = work(&format!(r#"{{"kind": "czmv", {own}}}"#));
+    for expansion in ["full", "lean"] {
+        let settings = format!(r#"{{"kind": "czfo", {own}, "expansion": "{expansion}"}}"#);
+        let (same, czfo) = work(&settings);
+        // Of a linear map both are the exact image.
+        assert!((same - radius).abs() <= 1e-9 * radius, "{same} {radius}");
+        assert!(czfo.arithmetic() <= 2 * czmv.arithmetic());
+        assert!(czfo.programs <= 2 * czmv.programs);
     }
 }
