@@ -353,7 +353,7 @@ const VEHICLE_KEYS: [&str; 8] = [
     "scale",
 ];
 
-const POLYTOPE_KEYS: [&str; 4] = ["vectors", "choose", "jacobian", "start"];
+const POLYTOPE_KEYS: [&str; 5] = ["vectors", "choose", "jacobian", "start", "facets"];
 
 const MIXED_KEYS: [&str; 7] = [
     "phi",
@@ -387,7 +387,7 @@ estimators! {
     Comb, PolytopeFilterSettings, PolytopeBelief, "comb", POLYTOPE_KEYS;
     CombPlus, PolytopeFilterSettings, PolytopeBelief, "comb+", POLYTOPE_KEYS;
     Lift, PolytopeFilterSettings, PolytopeBelief, "lift",
-        ["vectors", "choose", "jacobian", "start", "carry"];
+        ["vectors", "choose", "jacobian", "start", "facets", "carry"];
 }
 
 /// Whether a state in the box `x` lies in the box `hull`.

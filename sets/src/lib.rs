@@ -66,7 +66,7 @@ pub use interval_vector::IntervalVector;
 pub use list::List;
 pub use matrix::Matrix;
 pub use number::{Dual, Interval, Real};
-pub use polytope::{Frame, Polytope, Slab};
+pub use polytope::{FacetBound, Frame, Polytope, Slab};
 pub use reduction::Reduction;
 pub use se2::Se2;
 pub use zonotope::Zonotope;

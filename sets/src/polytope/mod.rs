@@ -6,13 +6,17 @@
 //! the polytope contains the set, and it is the set up to rounding when the sweep ends. A half-space that is
 //! left out can only make it larger.
 //!
-//! `planar` and `spatial` sweep in two and three dimensions; `bundle` turns a polytope into rotated boxes.
+//! `planar` and `spatial` sweep in two and three dimensions; `thinned` bounds the number of facets, `clipped` cuts
+//! a box by them; `bundle` turns a polytope into rotated boxes.
 
 mod bundle;
+mod clipped;
 pub(crate) mod planar;
 pub(crate) mod spatial;
+mod thinned;
 
 pub use bundle::Frame;
+pub use thinned::FacetBound;
 
 use crate::interval_vector::same_dimension;
 use crate::lp::LinearProgram;
@@ -147,6 +151,16 @@ impl Polytope {
         set: &ConstrainedZonotope,
         lp: &mut LinearProgram,
     ) -> Result<Self, SetError> {
+        Ok(Self::swept(set, usize::MAX, lp)?.0)
+    }
+
+    /// As [`Polytope::enclosing_with`], and whether the sweep ended within `most_vertices`. If it did not, the
+    /// slabs are those of all directions asked for.
+    fn swept(
+        set: &ConstrainedZonotope,
+        most_vertices: usize,
+        lp: &mut LinearProgram,
+    ) -> Result<(Self, bool), SetError> {
         const OP: &str = "facets of a constrained zonotope";
         let n = set.dim();
         if n > 3 {
@@ -158,19 +172,21 @@ impl Polytope {
             });
         }
         if n == 1 {
-            return Ok(Self::from_box(&set.interval_hull_with(lp)?));
+            return Ok((Self::from_box(&set.interval_hull_with(lp)?), true));
         }
         let mut sweep = Sweep::new(set, lp)?;
         let near = NEAR * n as f64;
-        let (halves, points, volume) = if n == 2 {
-            let polygon = Polygon::grow(near, |d| sweep.extreme(d))?;
+        let (mut halves, points, volume, complete) = if n == 2 {
+            let most = most_vertices.min(planar::MOST_VERTICES);
+            let polygon = Polygon::grow_within(near, most, |d| sweep.extreme(d))?;
             let area = polygon.area();
             let own = |(d, u): &([f64; 2], f64)| sweep.half(d, *u);
             let halves: Vec<Half> = polygon.edges.iter().map(own).collect();
-            let points = polygon.points.iter().map(|p| p.to_vec()).collect();
-            (halves, points, area)
+            let points: Vec<Vec<f64>> = polygon.points.iter().map(|p| p.to_vec()).collect();
+            (halves, points, area, polygon.complete)
         } else {
-            let body = Polyhedron::grow(near, |d| sweep.extreme(d))?;
+            let most = most_vertices.min(spatial::MOST_VERTICES);
+            let body = Polyhedron::grow_within(near, most, |d| sweep.extreme(d))?;
             match body {
                 Some(body) => {
                     let volume = body.volume();
@@ -182,12 +198,16 @@ impl Polytope {
                         halves.map(|(d, u)| sweep.half(&d, u)).collect(),
                         points.map(|i| body.points[i].to_vec()).collect(),
                         volume,
+                        body.points.len() <= most,
                     )
                 }
-                None => (std::mem::take(&mut sweep.asked), Vec::new(), 0.0),
+                None => (std::mem::take(&mut sweep.asked), Vec::new(), 0.0, true),
             }
         };
-        sweep.polytope(&halves, points, volume)
+        if !complete && most_vertices < usize::MAX {
+            halves = std::mem::take(&mut sweep.asked);
+        }
+        Ok((sweep.polytope(&halves, points, volume)?, complete))
     }
 
     /// The polytope with the slabs that touch it alone, its hull tight, its vertices and volume known.

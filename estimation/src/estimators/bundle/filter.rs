@@ -2,7 +2,7 @@
 
 use super::belief::{Equation, NoiseArgument, PolytopeBelief, Side};
 use super::image::{Coordinates, beside, image, intersection, lift};
-use super::{Carry, PolytopeFilterSettings, Start};
+use super::{Carry, PolytopeFilterSettings, Start, facet_bound};
 use crate::error::finite_vector;
 use crate::estimator::Measurement;
 use crate::estimators::linear_output::check_measurement;
@@ -17,8 +17,8 @@ use crate::{EstimationError, Problem};
 use zonobench_sets::interval_matrix::{jacobian_over, real_dot};
 use zonobench_sets::lp::LinearProgram;
 use zonobench_sets::{
-    ConstrainedZonotope, Frame, Interval, IntervalMatrix, IntervalVector, Matrix, Polytope,
-    SetError, Slab,
+    ConstrainedZonotope, FacetBound, Frame, Interval, IntervalMatrix, IntervalVector, Matrix,
+    Polytope, SetError, Slab,
 };
 
 /// One way to propagate a polytope.
@@ -59,6 +59,7 @@ pub(super) struct PolytopeFilter {
     method: Method,
     start: Start,
     carry: Carry,
+    facets: FacetBound,
 }
 
 impl PolytopeFilter {
@@ -83,8 +84,8 @@ impl PolytopeFilter {
             (None, true) => Carry::Facets,
             (None, false) => Carry::Hull,
         };
-        let facets = carry == Carry::Facets || !matches!(method, Method::Lift { .. });
-        if facets && n > 3 {
+        let needs_facets = carry == Carry::Facets || !matches!(method, Method::Lift { .. });
+        if needs_facets && n > 3 {
             return Err(unsupported(
                 "more than three states",
                 format!(
@@ -92,6 +93,7 @@ impl PolytopeFilter {
                 ),
             ));
         }
+        let facets = facet_bound(kind, settings, carry)?;
         let at = EstimationError::at(0, "assumed set");
         let set = |key, part| set_of(kind, key, part);
         let hull_of = |part: &crate::Uncertain, set: &ConstrainedZonotope| match part.constraints {
@@ -105,7 +107,7 @@ impl PolytopeFilter {
             kind,
             w_hull: hull_of(&problem.w, &w).map_err(&at)?,
             v_hull: hull_of(&problem.v, &v).map_err(&at)?,
-            prior: PolytopeBelief::new(prior, Vec::new(), &mut LinearProgram::new())
+            prior: PolytopeBelief::new(prior, Vec::new(), None, facets, &mut LinearProgram::new())
                 .map_err(&at)?,
             w,
             v,
@@ -116,6 +118,7 @@ impl PolytopeFilter {
             method,
             start: settings.start,
             carry,
+            facets,
         })
     }
 
@@ -196,7 +199,10 @@ impl PolytopeFilter {
         finite_vector("input u", u, self.n_u)?;
         let at = EstimationError::at(k, "prediction");
         let from = match self.carry {
-            Carry::Facets => belief.outline().map_err(&at)?.clone(),
+            Carry::Facets => {
+                let outline = belief.outline().map_err(&at)?;
+                outline.thinned(self.facets.kept)
+            }
             Carry::Hull => {
                 Polytope::new(belief.hull.clone(), belief.strips.clone()).map_err(&at)?
             }
@@ -213,13 +219,13 @@ impl PolytopeFilter {
         let f = self.equation(Side::Dynamics, k - 1, u, argument);
         let moved = match &self.method {
             Method::Lift { recipe } => lift(&f, &from, noise.as_ref(), *recipe, &w)
-                .and_then(|set| PolytopeBelief::new(set, Vec::new(), &mut lp)),
+                .and_then(|set| PolytopeBelief::new(set, Vec::new(), None, self.facets, &mut lp)),
             Method::Intersection(members) => {
                 let mut images = Vec::new();
                 for member in members {
                     images.extend(self.images(k, member, &f, &from, noise.as_ref(), &mut lp)?);
                 }
-                intersection(images, &w, &mut lp)
+                intersection(images, &w, self.facets, &mut lp)
             }
         };
         moved.map_err(at)
@@ -295,8 +301,7 @@ impl PolytopeFilter {
         let at = EstimationError::at(k, "update");
         let mut updated = belief.clone();
         if y.iter().any(Option::is_some) {
-            let (set, strips) = self.corrected(k, belief, u, y)?;
-            updated = PolytopeBelief::new(set, strips, &mut LinearProgram::new()).map_err(&at)?;
+            updated = self.corrected(k, belief, u, y)?;
         }
         if k == 0 && self.start == Start::Hull {
             updated = updated.boxed().map_err(&at)?;
@@ -304,7 +309,7 @@ impl PolytopeFilter {
         Ok(updated)
     }
 
-    /// The set cut by what was measured, and slabs of x that hold it.
+    /// The set cut by what was measured.
     ///
     /// Of every relation h_i(x, 0) − M x ∈ \[lo, hi\] the slab M x ∈ y_i − D v − \[lo, hi\] where D V is a box;
     /// else the slab M x + N η ∈ y_i − \[lo, hi\] of x and one η of V, projected: the rows share it.
@@ -314,7 +319,7 @@ impl PolytopeFilter {
         belief: &PolytopeBelief,
         u: &[f64],
         y: Measurement,
-    ) -> Result<(ConstrainedZonotope, Vec<Slab>), EstimationError> {
+    ) -> Result<PolytopeBelief, EstimationError> {
         let at = EstimationError::at(k, "update");
         let noise = self.noise_over(Side::Output, k, u, &belief.hull)?;
         let (argument, coordinates) = match &noise {
@@ -361,7 +366,13 @@ impl PolytopeFilter {
                 both.and_then(|both| both.components(0..self.n))
             }
         };
-        Ok((set.map_err(at)?, strips))
+        let half_spaces = match (beside, &belief.half_spaces) {
+            (None, Some(known)) => Some([&known[..], &strips].concat()),
+            _ => None,
+        };
+        let mut lp = LinearProgram::new();
+        set.and_then(|set| PolytopeBelief::new(set, strips, half_spaces, self.facets, &mut lp))
+            .map_err(at)
     }
 
     /// All relations h_i − M (x, η) ∈ remainder, with their row i.
