@@ -82,7 +82,7 @@ fn of(held: &Held) -> String {
         );
     }
     out += &format!(
-        "\nThe commands read a lake that `zonobench reproduce-all --paper {0}` makes in minutes on a laptop, from the files in \
+        "\nThe commands read a lake that `zonobench reproduce-all --paper {0}` makes from the files in \
          `experiments/{0}`; its README lists each choice that the text left to us. Times are not here: they are of other machines.\n\n",
         held.name
     );
@@ -183,17 +183,17 @@ fn answer_to(held: &Held, c: &Judged) -> Option<String> {
     let comparand = model::mapped(held, c).map(|cell| &cell.comparand);
     match (c.verdict, comparand) {
         (Verdict::DoesNotHold | Verdict::Slip, Some(Comparand::Claims(_))) => Some(
-            "the counterexample breaks a hypothesis that the text states or implies, and that we have overlooked.".to_owned(),
+            "the counterexample broke a hypothesis that the text states or implies, and that we have overlooked.".to_owned(),
         ),
         (Verdict::DoesNotHold, Some(Comparand::Complexity(_))) => Some(
-            "an operation is counted that the paper does not mean, or the formula is of another step.".to_owned(),
+            "an operation were counted that you do not mean, or the formula were of another step.".to_owned(),
         ),
         (Verdict::DoesNotHold, _) => {
             let (asked, _) = c.asked.as_ref()?;
-            Some(format!("a setting in {} is another, and with it the measured number is {asked}.", files()?))
+            Some(format!("a setting in {} were as you had it, and the measured number then satisfied `{asked}`.", files()?))
         }
         (Verdict::Differs, _) => Some(format!(
-            "a setting in {} is another, and with it the printed number lies in the interval.",
+            "a setting in {} were as you had it, and the printed number then lay in the interval.",
             files()?
         )),
         (Verdict::Undecided, _) => Some(format!("`runs` in {} were more.", files()?)),

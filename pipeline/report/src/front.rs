@@ -69,7 +69,7 @@ fn introduction(papers: &[&Held], quick: bool) -> String {
     let times: usize = papers.iter().map(|p| p.times()).sum();
     if times > 0 {
         out += &format!(
-            "- {times} printed times and statements about times, which have another machine's verdict elsewhere: `zonobench query \
+            "- {times} printed times and statements about times, which depend on the machine and are compared apart: `zonobench query \
              \"SELECT * FROM timing_comparison\"`\n"
         );
     }

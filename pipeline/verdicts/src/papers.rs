@@ -191,7 +191,11 @@ mod tests {
         let papers = load(&[]).unwrap();
         assert_eq!(papers.len(), names().len());
         for paper in papers {
-            assert!(!paper.published.is_empty() && !paper.cells.is_empty(), "{}", paper.name);
+            assert!(
+                !paper.published.is_empty() && !paper.cells.is_empty(),
+                "{}",
+                paper.name
+            );
         }
     }
 }

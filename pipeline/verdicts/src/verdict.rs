@@ -175,8 +175,8 @@ impl Verdict {
                 "does_not_hold",
                 "✗",
                 Tone::Bad,
-                "a claim, under its own hypotheses and in the kindest reading of its words, is false; the reason has a \
-                 counterexample or the measured number",
+                "a claim, under its own hypotheses and in the kindest reading of its words, is false of our runs or has a \
+                 counterexample; the reason shows it",
             ),
             Self::Slip => facts(
                 "slip",
