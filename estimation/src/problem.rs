@@ -291,7 +291,11 @@ pub fn check_covariance(key: &'static str, s: &Matrix, n: usize) -> Result<(), U
     let (expected, got) = match Scaled::new(s).check() {
         Ok(()) => return Ok(()),
         Err(Fault::Negative { i }) => {
-            let got = format!("the variance {} of component {}", shortest(s[(i, i)]), i + 1);
+            let got = format!(
+                "the variance {} of component {}",
+                shortest(s[(i, i)]),
+                i + 1
+            );
             (semidefinite, got)
         }
         Err(Fault::Asymmetric { i, j }) => {

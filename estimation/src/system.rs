@@ -173,6 +173,7 @@ impl AnySystem {
             Self::VanDerPol(_) => Some("ts"),
             Self::VehicleSe2(_) | Self::Quadrotor(_) => Some("dt"),
             Self::Unicycle(_) => Some("t0"),
+            Self::Equations(s) => s.period().map(|_| "period"),
             Self::Linear(_) | Self::Lpv(_) | Self::Raimondo(_) => None,
         }
     }
@@ -184,6 +185,7 @@ impl AnySystem {
             Self::Linear(s) => s.parts().d.as_slice().iter().any(|&d| d != 0.0),
             Self::Lpv(_) | Self::VanDerPol(_) | Self::Raimondo(_) => false,
             Self::VehicleSe2(_) | Self::Quadrotor(_) | Self::Unicycle(_) => false,
+            Self::Equations(s) => s.measures_input(),
         }
     }
 
