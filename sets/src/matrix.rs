@@ -230,7 +230,7 @@ impl Matrix {
         ops::count(n * n.saturating_sub(1) / 2, n * n.saturating_sub(1) / 2);
         for i in 0..n {
             for j in 0..i {
-                let mean = 0.5 * (self[(i, j)] + self[(j, i)]);
+                let mean = mean(self[(i, j)], self[(j, i)]);
                 self[(i, j)] = mean;
                 self[(j, i)] = mean;
             }
@@ -320,7 +320,7 @@ impl Matrix {
     pub fn symmetrized(&self) -> Self {
         ops::count(self.data.len(), self.data.len());
         Self::from_fn(self.rows, self.cols, |i, j| {
-            0.5 * (self[(i, j)] + self[(j, i)])
+            mean(self[(i, j)], self[(j, i)])
         })
     }
 
@@ -384,7 +384,8 @@ impl Matrix {
     /// the others, and the powers r and c.
     ///
     /// The powers minimise Σ (e_ij + r_i + c_j)² over the exponents e_ij of the entries that are not zero, up to
-    /// their own rounding: another unit of a row or column is taken back, whatever the others are.
+    /// their own rounding: another unit of a row or column is taken back, whatever the others are. Then the largest entry
+    /// of each row is brought near 1, and that of each column.
     fn equilibrated(&self) -> (Self, Vec<i32>, Vec<i32>) {
         // Rows and columns in turns; with every entry not zero the first round ends it.
         const ROUNDS: usize = 30;
@@ -677,6 +678,16 @@ fn exponent(entries: impl Iterator<Item = f64>) -> i32 {
         }
     };
     entries.filter(|x| *x != 0.0).map(of).max().unwrap_or(0)
+}
+
+/// (a + b)/2, finite where both are.
+fn mean(a: f64, b: f64) -> f64 {
+    let sum = a + b;
+    if sum.is_finite() {
+        0.5 * sum
+    } else {
+        0.5 * a + 0.5 * b
+    }
 }
 
 /// x 2^e, rounded once at most.

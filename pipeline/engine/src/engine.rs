@@ -4,6 +4,7 @@
 //! that neither the number of threads nor their timing leaves a trace in a hashed file.
 
 use crate::code;
+use crate::parts;
 use crate::progress::Progress;
 use rayon::prelude::*;
 use serde_json::Value;
@@ -513,7 +514,7 @@ pub fn write_timing_comparison(
     paper: &Paper,
     finished: &[Finished],
 ) -> Result<(), Error> {
-    let mut timings = BTreeMap::new();
+    let mut timings = compare::Times::new();
     for f in finished.iter().filter(|f| f.experiment.paper == paper.name) {
         for artifact in &f.estimates {
             for row in table::read::<rows::Timing>(&file(artifact, "timings.parquet")?)? {
@@ -522,6 +523,28 @@ pub fn write_timing_comparison(
                     .or_insert_with(Vec::new)
                     .push(row.total_ns as f64 / row.steps.max(1) as f64);
             }
+        }
+    }
+    for (experiment, estimator, phase) in compare::parts(paper) {
+        let Some(f) = (finished.iter())
+            .find(|f| f.experiment.paper == paper.name && f.experiment.id == experiment)
+        else {
+            continue;
+        };
+        let e = &f.experiment;
+        let Some(i) = e.estimators.iter().position(|spec| spec.id == estimator) else {
+            continue;
+        };
+        let kept = lake
+            .join(".cache")
+            .join("parts")
+            .join(format!("{}.json", f.estimates[i].content));
+        let recordings = || Recordings::read(&e.problem, &f.simulation);
+        let shares = parts::shares(&kept, e, i, recordings)?;
+        let whole = timings.get(&(experiment.clone(), estimator.clone(), None));
+        if let (Some(share), Some(whole)) = (shares.get(&phase), whole) {
+            let part: Vec<f64> = whole.iter().map(|ns| ns * share).collect();
+            timings.insert((experiment, estimator, Some(phase)), part);
         }
     }
     let rows = compare::timings(paper, &timings);

@@ -392,7 +392,8 @@ fn times_of(held: &Held, times: &[RecordedTime]) -> String {
                     escaped(&over.estimator)
                 ))
             });
-            let printed = format!("{} {}", p.printed, p.unit);
+            let unit = if &*p.unit == "1" { "" } else { &p.unit };
+            let printed = format!("{} {unit}", p.printed);
             vec![
                 format!(
                     "{}, {}, {}",

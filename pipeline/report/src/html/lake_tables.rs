@@ -9,6 +9,7 @@ use std::path::Path;
 use zonobench_lake::digits::four_digits;
 use zonobench_lake::error::Error;
 use zonobench_query::query;
+use zonobench_verdicts::verdict::Verdict;
 
 /// A table of the lake, the command that makes it, and what it is.
 const TABLES: [(&str, &str, &str); 3] = [
@@ -95,7 +96,20 @@ pub fn page(measured: &Measured) -> Page {
         if name == "complexity" {
             body += &counts(frame);
         }
-        body += &whole(name, frame);
+        let all: Vec<usize> = (0..frame.height()).collect();
+        if name == "claims" {
+            let is_remark = |i: &usize| text(frame, "verdict", *i) == Verdict::Remark.name();
+            let (remarks, own): (Vec<usize>, Vec<usize>) = all.into_iter().partition(is_remark);
+            // How many of the drawn trials were lost measures who drew them.
+            body += &whole("claims", frame, &own, &["trials", "lost"]);
+            if !remarks.is_empty() {
+                body += &heading(3, "remarks", "Remarks of ours");
+                body += "<p>The papers do not say these things: they are charged to nobody, and are in no count.</p>\n";
+                body += &whole("claims, remarks", frame, &remarks, &["trials", "lost"]);
+            }
+        } else {
+            body += &whole(name, frame, &all, &[]);
+        }
     }
     Page {
         place: place("", "claims attacks counts"),
@@ -104,12 +118,13 @@ pub fn page(measured: &Measured) -> Page {
     }
 }
 
-/// Every row, the path's keys first.
-fn whole(name: &str, frame: &DataFrame) -> String {
+/// These rows, the path's keys first, without some columns.
+fn whole(name: &str, frame: &DataFrame, rows: &[usize], without: &[&str]) -> String {
     let mut columns: Vec<String> = frame
         .get_column_names()
         .iter()
         .map(|c| c.to_string())
+        .filter(|c| !without.contains(&c.as_str()))
         .collect();
     columns.sort_by_key(|c| match c.as_str() {
         "paper" => 0,
@@ -121,8 +136,9 @@ fn whole(name: &str, frame: &DataFrame) -> String {
         .map(|c| escaped(c).replace('_', " "))
         .collect();
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
-    let rows: Vec<String> = (0..frame.height())
-        .map(|i| {
+    let rows: Vec<String> = rows
+        .iter()
+        .map(|&i| {
             let cells: Vec<String> = columns
                 .iter()
                 .map(|c| match (c.as_str(), text(frame, c, i)) {
