@@ -489,11 +489,8 @@ fn ordered(lower: f64, upper: f64) -> Result<Interval, SetError> {
 /// aᵀx, rounded outward.
 fn product(a: &[f64], x: &[Interval]) -> Interval {
     let terms = a.iter().zip(x).filter(|(a, _)| **a != 0.0);
-    let mut terms = terms.map(|(&a, &x)| match a {
-        1.0 => x,
-        -1.0 => -x,
-        _ => x * Interval::point(a),
-    });
+    // Exact for any power of two, as it is for 1.
+    let mut terms = terms.map(|(&a, &x)| x * a);
     let first = terms.next().unwrap_or(Interval::ZERO);
     terms.fold(first, |sum, term| sum + term)
 }
