@@ -27,6 +27,20 @@ fn power(e: i32) -> f64 {
     f64::from_bits(((1023 + e.clamp(-EXTREME, EXTREME)) as u64) << 52)
 }
 
+/// True for ±2ᵏ with a normal value.
+pub fn is_power_of_two(x: f64) -> bool {
+    x.is_normal() && x.to_bits() << 12 == 0
+}
+
+/// (k, a) if a = ±2ᵉ at index k is the only entry of the row that is not 0: such a row picks a component in another unit.
+pub fn picked(row: &[f64]) -> Option<(usize, f64)> {
+    let mut nonzero = row.iter().enumerate().filter(|(_, x)| **x != 0.0);
+    match (nonzero.next(), nonzero.next()) {
+        (Some((k, &a)), None) if is_power_of_two(a) => Some((k, a)),
+        _ => None,
+    }
+}
+
 /// The power of two at or below |x|, within 2^±1022; 1 for 0 and NaN.
 ///
 /// ```

@@ -4,7 +4,7 @@
 //! orthonormal up to rounding in units of the polytope's half-widths; a box is { x : C x ∈ range } for that very C, and
 //! where x is needed from C x the inverse is an interval matrix. So nothing rests on C being orthonormal.
 
-use super::{Polytope, axis, parallel, unit};
+use super::{Polytope, parallel, unit};
 use crate::lp::LinearProgram;
 use crate::units::of_set;
 use crate::{Interval, rounding};
@@ -110,7 +110,7 @@ impl Polytope {
         let mut frames: Vec<Frame> = Vec::new();
         let mut normals: Vec<Vec<f64>> = Vec::new();
         for slab in &self.slabs {
-            if axis(&slab.normal).is_some() {
+            if slab.side().is_some() {
                 if !frames.iter().any(Frame::is_identity) {
                     frames.push(Frame::identity(&self.hull));
                 }

@@ -20,7 +20,7 @@ pub use thinned::FacetBound;
 
 use crate::interval_vector::same_dimension;
 use crate::lp::LinearProgram;
-use crate::units::{divided_rows, of_set, product as product_of, times};
+use crate::units::{divided_rows, of_set, picked, product as product_of, times};
 use crate::{
     ConstrainedZonotope, Containment, Interval, IntervalVector, List, Matrix, SetError, Zonotope,
 };
@@ -37,9 +37,9 @@ pub struct Slab {
 }
 
 impl Slab {
-    /// The component j if a = ±e_j.
-    fn axis(&self) -> Option<usize> {
-        axis(&self.normal)
+    /// The component j and a_j if that is the only one of a and a power of two: then the slab is a side of a box, exactly.
+    fn side(&self) -> Option<(usize, f64)> {
+        picked(&self.normal)
     }
 
     /// aᵀx over a box, rounded outward.
@@ -253,12 +253,8 @@ impl Polytope {
         const OP: &str = "polytope";
         let mut sides = self.hull.clone().into_sides();
         for slab in &self.slabs {
-            if let Some(j) = slab.axis() {
-                let range = if slab.normal[j] < 0.0 {
-                    -slab.range
-                } else {
-                    slab.range
-                };
+            if let Some((j, a)) = slab.side() {
+                let range = slab.range / a;
                 sides[j] = sides[j]
                     .intersect(&range)
                     .ok_or(SetError::Empty { op: OP })?;
@@ -267,7 +263,7 @@ impl Polytope {
         let inclined: Vec<Slab> = self
             .slabs
             .iter()
-            .filter(|s| s.axis().is_none())
+            .filter(|s| s.side().is_none())
             .cloned()
             .collect();
         ConstrainedZonotope::from_box(&IntervalVector::new(sides))?.within(&inclined)
@@ -512,11 +508,8 @@ fn ordered(lower: f64, upper: f64) -> Result<Interval, SetError> {
 /// aᵀx, rounded outward.
 fn product(a: &[f64], x: &[Interval]) -> Interval {
     let terms = a.iter().zip(x).filter(|(a, _)| **a != 0.0);
-    let mut terms = terms.map(|(&a, &x)| match a {
-        1.0 => x,
-        -1.0 => -x,
-        _ => x * Interval::point(a),
-    });
+    // Exact for any power of two, as it is for 1.
+    let mut terms = terms.map(|(&a, &x)| x * a);
     let first = terms.next().unwrap_or(Interval::ZERO);
     terms.fold(first, |sum, term| sum + term)
 }

@@ -19,7 +19,8 @@ impl Zonotope {
         same("vertices", 2, self.dim())?;
         // In units of the rows no product of two components overflows or vanishes.
         let units = units::of_rows(&self.g);
-        let edges = edges(sorted(upper_half(&units::divided_rows(&self.g, &units))));
+        let scaled = upper_half(&units::divided_rows(&self.g, &units));
+        let edges = edges(sorted(scaled, &[1.0, 1.0]));
         let [x, y] = [self.c[0], self.c[1]];
         if edges.is_empty() {
             return Ok(vec![[x, y]]);
@@ -43,7 +44,8 @@ impl Zonotope {
         let units = units::of_rows(&self.g);
         let mut before = [0.0, 0.0];
         let mut area = 0.0;
-        for h in sorted(upper_half(&units::divided_rows(&self.g, &units))) {
+        let scaled = upper_half(&units::divided_rows(&self.g, &units));
+        for h in sorted(scaled, &[1.0, 1.0]) {
             area += (before[0] * h[1] - before[1] * h[0]).max(0.0);
             before = [before[0] + h[0], before[1] + h[1]];
         }
@@ -60,7 +62,7 @@ impl Zonotope {
     /// the one normal that separates best.
     pub(super) fn contains_planar(&self, offset: &[Interval]) -> Containment {
         let folded = Matrix::hcat(&[&self.g, &super::box_columns(&self.r)]);
-        let sorted = sorted(upper_half(&folded));
+        let sorted = sorted(upper_half(&folded), &units::of_rows(&folded));
         let mut prefix = Vec::with_capacity(sorted.len() + 1);
         prefix.push([0.0, 0.0]);
         for (j, h) in sorted.iter().enumerate() {
@@ -121,12 +123,14 @@ fn upper_half(g: &Matrix) -> Vec<[f64; 2]> {
     turned
 }
 
-/// Sorted by angle. The key is a quotient rounded once (and a sum rounded once), hence monotone in the
-/// angle: only generators of the same rounded slope can be out of order.
-fn sorted(mut generators: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+/// Sorted by their angle in `units`. The key is a quotient rounded once (and a sum rounded once), hence monotone in the
+/// angle: only generators of the same rounded slope can be out of order. Many would be in a set much longer than wide,
+/// where all slopes are near 0: hence the units.
+fn sorted(mut generators: Vec<[f64; 2]>, units: &[f64]) -> Vec<[f64; 2]> {
     // Up to so many, counting the keys before each one is faster than sorting them.
     const FEW: usize = 64;
     let key = |&[x, y]: &[f64; 2]| {
+        let (x, y) = (x / units[0], y / units[1]);
         if x >= y {
             y / x
         } else if x > -y {

@@ -16,6 +16,7 @@ use crate::system::{AnySystem, System};
 use crate::{EstimationError, Problem};
 use zonobench_sets::interval_matrix::{jacobian_over, real_dot};
 use zonobench_sets::lp::LinearProgram;
+use zonobench_sets::units::picked;
 use zonobench_sets::{
     ConstrainedZonotope, FacetBound, Frame, Interval, IntervalMatrix, IntervalVector, Matrix,
     Polytope, SetError, Slab,
@@ -177,10 +178,9 @@ impl PolytopeFilter {
         }
         let middle = d.mid();
         let mut range = IntervalMatrix::from(&middle).mul_vec(hull);
-        let mut image = if is_identity(&middle) {
-            set.clone()
-        } else {
-            set.linear_map(&middle).map_err(&at)?
+        let mut image = match powers(&middle) {
+            Some(powers) => set.multiplied_by(&powers).map_err(&at)?,
+            None => set.linear_map(&middle).map_err(&at)?,
         };
         if d.as_slice().iter().any(|e| !e.is_point()) {
             range = d.mul_vec(hull);
@@ -475,7 +475,10 @@ fn chosen(f: &Equation, frame: &Frame, recipe: Recipe) -> Result<Vec<Vec<Relatio
     chosen_relations(f, frame, &j, recipe)
 }
 
-fn is_identity(m: &Matrix) -> bool {
-    m.rows() == m.cols()
-        && (0..m.rows()).all(|i| (0..m.cols()).all(|j| m[(i, j)] == f64::from(i == j)))
+/// The diagonal of a diagonal matrix of positive powers of two: noise that is merely added, in a unit of its own.
+fn powers(m: &Matrix) -> Option<Vec<f64>> {
+    let entry = |i: usize| picked(m.row(i)).filter(|&(k, a)| k == i && a > 0.0);
+    (m.rows() == m.cols())
+        .then(|| (0..m.rows()).map(|i| entry(i).map(|(_, a)| a)).collect())
+        .flatten()
 }
