@@ -263,7 +263,7 @@ fn programs_without_rows_or_columns_are_answered() {
     assert_eq!(lp.emptiness(), Emptiness::NonEmpty([].into()));
     assert_eq!(lp.maximize(&[]).unwrap().upper, 0.0);
     assert!(lp.maximize_by_interior_point(&[]).unwrap() <= 2.0 * ETA);
-    lp.load(&Matrix::zeros(2, 0), &[0.0, 1e30], &[0.0, 1.1e30])
+    lp.load(&Matrix::zeros(2, 0), &[0.0, 1e30], &[0.0, 1e30])
         .unwrap();
     assert_eq!(lp.emptiness(), Emptiness::NonEmpty([].into()));
     lp.load(&Matrix::zeros(2, 0), &[0.0, 1e30], &[0.0, 1e29])

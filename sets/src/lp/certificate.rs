@@ -222,8 +222,15 @@ impl Program {
             *residual = value;
             let size = abs_sum(row) + self.b[i].abs();
             let kept = reserve.get(i).map_or(0.0, |r| r * self.scale[i]);
-            let miss = up(value.abs() + error * size + kept, self.cols + 5);
-            let allowed = (self.delta[i] + sigma * size) * (1.0 - gamma(self.cols + 5)) + 2.0 * ETA;
+            // The distance to δ is rounded by a part of itself: a point at the end of a wide slack is as good as any.
+            let over = value.abs() - self.delta[i];
+            let (above, below) = if over > 0.0 {
+                (over, 0.0)
+            } else {
+                (0.0, -over)
+            };
+            let miss = up(above + error * size + kept, self.cols + 5);
+            let allowed = (below + sigma * size) * (1.0 - gamma(self.cols + 5)) + 2.0 * ETA;
             let excess = miss - allowed;
             // A size that overflows allows nothing.
             worst = if excess.is_nan() || allowed == f64::INFINITY {
