@@ -199,6 +199,147 @@ impl<S: Real, const N: usize> Real for Dual<S, N> {
     fn atan(self) -> Self {
         self.chain(self.value.atan(), (self.value.sqr() + 1.0).recip())
     }
+
+    fn exp(self) -> Self {
+        let value = self.value.exp();
+        self.chain(value, value)
+    }
+
+    /// (eˣ − 1)' = eˣ.
+    fn exp_m1(self) -> Self {
+        self.chain(self.value.exp_m1(), self.value.exp())
+    }
+
+    /// (ln x)' = 1/x.
+    fn ln(self) -> Self {
+        self.chain(self.value.ln(), self.value.recip())
+    }
+
+    /// (log₁₀ x)' = 1/(x ln 10).
+    fn log10(self) -> Self {
+        let ln_10 = S::constant(10.0).ln();
+        self.chain(self.value.log10(), (self.value * ln_10).recip())
+    }
+
+    /// (ln(1 + x))' = 1/(1 + x).
+    fn ln_1p(self) -> Self {
+        self.chain(self.value.ln_1p(), (self.value + 1.0).recip())
+    }
+
+    /// (xⁿ)' = n xⁿ⁻¹.
+    fn powi(self, n: i32) -> Self {
+        match n.checked_sub(1) {
+            Some(-1) => Self::constant(1.0),
+            Some(less) => self.chain(self.value.powi(n), self.value.powi(less) * f64::from(n)),
+            // n = −2³¹: (1/x)^2³¹.
+            None => self.sqr().recip().powi(1 << 30),
+        }
+    }
+
+    /// (x^p)' = p x^(p−1).
+    fn powf(self, p: f64) -> Self {
+        self.chain(self.value.powf(p), self.value.powf(p - 1.0) * p)
+    }
+
+    /// (x^y)' = y x^(y−1) x' + x^y ln x · y'.
+    fn pow(self, y: Self) -> Self {
+        let value = self.value.pow(y.value);
+        let of_base = y.value * self.value.pow(y.value - 1.0);
+        let of_exponent = value * self.value.ln();
+        self.zip(y, value, |dx, dy| of_base * dx + of_exponent * dy)
+    }
+
+    /// (arcsin x)' = 1/√(1 − x²).
+    fn asin(self) -> Self {
+        let slope = (-self.value.sqr() + 1.0).sqrt().recip();
+        self.chain(self.value.asin(), slope)
+    }
+
+    /// (arccos x)' = −1/√(1 − x²).
+    fn acos(self) -> Self {
+        let slope = (-self.value.sqr() + 1.0).sqrt().recip();
+        self.chain(self.value.acos(), -slope)
+    }
+
+    /// Of the angle of (x, y): (x y' − y x')/(x² + y²), and none across the jump.
+    fn atan2(self, x: Self) -> Self {
+        let cut = self.value.cut(x.value);
+        let square = x.value.sqr() + self.value.sqr();
+        let of_y = x.value / square + cut;
+        let of_x = -(self.value / square) + cut;
+        self.zip(x, self.value.atan2(x.value), |dy, dx| of_y * dy + of_x * dx)
+    }
+
+    fn sinh(self) -> Self {
+        self.chain(self.value.sinh(), self.value.cosh())
+    }
+
+    fn cosh(self) -> Self {
+        self.chain(self.value.cosh(), self.value.sinh())
+    }
+
+    /// (tanh x)' = 1 − tanh² x.
+    fn tanh(self) -> Self {
+        let value = self.value.tanh();
+        self.chain(value, -value.sqr() + 1.0)
+    }
+
+    /// (arsinh x)' = 1/√(1 + x²).
+    fn asinh(self) -> Self {
+        self.chain(self.value.asinh(), (self.value.sqr() + 1.0).sqrt().recip())
+    }
+
+    /// (√(x² + y²))' = (x x' + y y')/√(x² + y²).
+    fn hypot(self, y: Self) -> Self {
+        let value = self.value.hypot(y.value);
+        let (of_x, of_y) = (self.value / value, y.value / value);
+        self.zip(y, value, |dx, dy| of_x * dx + of_y * dy)
+    }
+
+    fn abs(self) -> Self {
+        self.chain(self.value.abs(), self.value.sign())
+    }
+
+    fn min(self, b: Self) -> Self {
+        let first = self.value.is_less(b.value);
+        let value = self.value.min(b.value);
+        self.zip(b, value, |x, y| first.select(x, y))
+    }
+
+    fn max(self, b: Self) -> Self {
+        let first = b.value.is_less(self.value);
+        let value = self.value.max(b.value);
+        self.zip(b, value, |x, y| first.select(x, y))
+    }
+
+    fn sign(self) -> Self {
+        self.chain(self.value.sign(), self.value.impulse())
+    }
+
+    fn impulse(self) -> Self {
+        let value = self.value.impulse();
+        self.chain(value, value)
+    }
+
+    fn is_less(self, b: Self) -> Self {
+        let slope = (b.value - self.value).impulse();
+        self.zip(b, self.value.is_less(b.value), |x, y| slope * (y - x))
+    }
+
+    /// Where it is not certain which of both it is, the derivative of `self` says so: it is not defined there.
+    fn select(self, a: Self, b: Self) -> Self {
+        Self {
+            value: self.value.select(a.value, b.value),
+            gradient: std::array::from_fn(|i| {
+                self.value.select(a.gradient[i], b.gradient[i]) + self.gradient[i]
+            }),
+        }
+    }
+
+    fn cut(self, x: Self) -> Self {
+        let value = self.value.cut(x.value);
+        self.zip(x, value, |dy, dx| value * dy + value * dx)
+    }
 }
 
 /// A map ℝⁿ → ℝᵐ that can be evaluated on every number.

@@ -29,7 +29,7 @@
 //! one unit in the last place for them; that is a claim which this crate's tests sample against
 //! series in exact arithmetic, not a theorem. Everything else here is a theorem of IEEE 754.
 
-use super::Real;
+use super::{Real, elementary};
 use crate::SetError;
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
@@ -44,7 +44,7 @@ pub struct Interval {
 }
 
 /// π/2 lies between this f64 and the next one.
-const HALF_PI: Interval = Interval {
+pub(super) const HALF_PI: Interval = Interval {
     lo: FRAC_PI_2,
     hi: FRAC_PI_2.next_up(),
 };
@@ -332,12 +332,12 @@ fn sign(x: f64) -> i8 {
 }
 
 #[inline]
-fn smaller(a: f64, b: f64) -> f64 {
+pub(super) fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
 #[inline]
-fn larger(a: f64, b: f64) -> f64 {
+pub(super) fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
@@ -656,6 +656,86 @@ impl Real for Interval {
             margin_above(libm::atan(self.hi), HALF_PI.hi)
         };
         Self { lo, hi }
+    }
+
+    fn exp(self) -> Self {
+        elementary::exp(self)
+    }
+    fn exp_m1(self) -> Self {
+        elementary::exp_m1(self)
+    }
+    fn ln(self) -> Self {
+        elementary::ln(self)
+    }
+    fn log10(self) -> Self {
+        elementary::log10(self)
+    }
+    fn ln_1p(self) -> Self {
+        elementary::ln_1p(self)
+    }
+    fn powi(self, n: i32) -> Self {
+        elementary::powi(self, n)
+    }
+    fn powf(self, p: f64) -> Self {
+        elementary::pow(self, Self::point(p))
+    }
+    fn pow(self, y: Self) -> Self {
+        elementary::pow(self, y)
+    }
+    fn asin(self) -> Self {
+        elementary::asin(self)
+    }
+    fn acos(self) -> Self {
+        elementary::acos(self)
+    }
+    fn atan2(self, x: Self) -> Self {
+        elementary::atan2(self, x)
+    }
+    fn sinh(self) -> Self {
+        elementary::sinh(self)
+    }
+    fn cosh(self) -> Self {
+        elementary::cosh(self)
+    }
+    fn tanh(self) -> Self {
+        elementary::tanh(self)
+    }
+    fn asinh(self) -> Self {
+        elementary::asinh(self)
+    }
+    fn hypot(self, y: Self) -> Self {
+        elementary::hypot(self, y)
+    }
+    #[inline]
+    fn abs(self) -> Self {
+        Interval::abs(self)
+    }
+    fn min(self, b: Self) -> Self {
+        Self {
+            lo: smaller(self.lo, b.lo),
+            hi: smaller(self.hi, b.hi),
+        }
+    }
+    fn max(self, b: Self) -> Self {
+        Self {
+            lo: larger(self.lo, b.lo),
+            hi: larger(self.hi, b.hi),
+        }
+    }
+    fn sign(self) -> Self {
+        elementary::sign(self)
+    }
+    fn impulse(self) -> Self {
+        elementary::impulse(self)
+    }
+    fn is_less(self, b: Self) -> Self {
+        elementary::is_less(self, b)
+    }
+    fn select(self, a: Self, b: Self) -> Self {
+        elementary::select(self, a, b)
+    }
+    fn cut(self, x: Self) -> Self {
+        elementary::cut(self, x)
     }
 }
 

@@ -1,0 +1,847 @@
+//! The command line.
+
+use clap::{Args, Parser, Subcommand};
+use rayon::prelude::*;
+use std::io::{ErrorKind, IsTerminal as _, Write as _};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use zonobench_engine::campaign;
+use zonobench_engine::engine::{self, Finished};
+use zonobench_engine::long_campaign::{self, Until};
+use zonobench_engine::progress::{Progress, Verbosity};
+use zonobench_evidence::attack::{self, Size};
+use zonobench_evidence::count::text as counts_text;
+use zonobench_evidence::ledger;
+use zonobench_lab::experiment::Experiment;
+use zonobench_lab::tracking;
+use zonobench_lake::error::Error;
+use zonobench_lake::lake;
+use zonobench_lake::numbers;
+use zonobench_lake::store::{Status, Store};
+use zonobench_query::query;
+use zonobench_query::tables;
+use zonobench_report as report;
+use zonobench_verdicts::compare::Scale;
+use zonobench_verdicts::papers::{self, Paper};
+
+/// Set-membership and mixed state estimation: published results, rebuilt and compared.
+///
+/// `zonobench reproduce-all` runs every published experiment and ends with a verdict for every printed
+/// number. Results lie in a lake of Parquet tables and MCAP traces that `tables`, `query` and `report` read.
+/// Nothing is computed twice: the same command after a change, or after a kill, runs what is missing.
+#[derive(Parser)]
+#[command(name = "zonobench", version, max_term_width = 110)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    /// Say nothing but results and errors
+    #[arg(long, short, global = true)]
+    quiet: bool,
+    /// Say more
+    #[arg(long, short, global = true)]
+    verbose: bool,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Rebuild the papers: every experiment, the lake, the traces, the tables, the report
+    ///
+    /// Exit code 0: done, every published number has a verdict and no guarantee is violated ("differs" is a
+    /// finding, not a failure); 1: something failed or a guarantee is violated; 2: bad usage.
+    ReproduceAll(Reproduce),
+    /// Run your own experiment files through the same stages
+    Run {
+        /// Experiment files (see the README for their form)
+        #[arg(required = true)]
+        files: Vec<PathBuf>,
+        #[command(flatten)]
+        lake: LakeArg,
+        /// Threads; all processors if not given
+        #[arg(long, value_parser = number_of_threads)]
+        jobs: Option<usize>,
+    },
+    /// Run estimators on recorded data: no simulation, no truth
+    Track {
+        /// An experiment file: system, prior, noise and estimators are read
+        file: PathBuf,
+        /// Measurements, CSV or Parquet: column k and one a component; an empty cell was not measured
+        #[arg(long)]
+        measurements: PathBuf,
+        /// Inputs, in the same form
+        #[arg(long)]
+        inputs: Option<PathBuf>,
+        /// Folder for estimates.parquet, beliefs.parquet and estimators.parquet
+        #[arg(long)]
+        out: PathBuf,
+    },
+    /// Show what would run, and why
+    Plan {
+        /// Your own experiment files; without any, the papers
+        #[arg(conflicts_with = "paper")]
+        files: Vec<PathBuf>,
+        /// Only this paper (may be repeated)
+        #[arg(long)]
+        paper: Vec<String>,
+        /// As a graph for Graphviz
+        #[arg(long)]
+        dot: bool,
+        #[command(flatten)]
+        lake: LakeArg,
+    },
+    /// Show why one result would run: the part of its key that differs from what the lake holds
+    Explain {
+        /// PAPER[/EXPERIMENT[/STAGE[/ESTIMATOR]]], as `plan` lists them
+        target: String,
+        /// Your own experiment files, if the target is in one of them
+        files: Vec<PathBuf>,
+        #[command(flatten)]
+        lake: LakeArg,
+    },
+    /// The papers' claims about cost: what was counted beside what the formulas say
+    Count {
+        /// Paper (all if not given)
+        paper: Option<String>,
+        #[command(flatten)]
+        lake: LakeArg,
+    },
+    /// The papers' tables: published, reproduced, interval, verdict
+    Tables {
+        /// Paper (all if not given)
+        paper: Option<String>,
+        /// Table, as the paper calls it ("Table III")
+        table: Option<String>,
+        /// How to print them
+        #[arg(long, value_enum, default_value = "table")]
+        format: tables::Format,
+        #[command(flatten)]
+        lake: LakeArg,
+    },
+    /// SQL over the lake; every lake table is a table name, with columns paper and experiment
+    ///
+    /// For example: zonobench query "SELECT experiment, estimator, metric, component, mean, sd FROM scores
+    /// WHERE paper = 'ezgkf' AND metric = 'rmse'"
+    Query {
+        /// The query
+        sql: String,
+        /// How to print the result
+        #[arg(long, value_enum, default_value = "table")]
+        format: query::Format,
+        #[command(flatten)]
+        lake: LakeArg,
+    },
+    /// Render the reports from what the lake holds
+    Report {
+        #[command(flatten)]
+        lake: LakeArg,
+        /// Folder for the reports
+        #[arg(long, default_value = "reports")]
+        out: PathBuf,
+    },
+    /// Try the papers' numbered claims in exact arithmetic: verdict, trials lost, counterexample
+    ///
+    /// Nothing is read or kept: the same command gives the same counts. The lake's table `claims` holds them too.
+    Claims {
+        /// Paper (all if not given)
+        paper: Option<String>,
+        /// Only this claim, with its statement and what follows
+        #[arg(long, value_name = "ID")]
+        claim: Option<String>,
+        /// Threads; all processors if not given
+        #[arg(long, value_parser = number_of_threads)]
+        jobs: Option<usize>,
+    },
+    /// Attack what is called guaranteed, and count the sets that do not hold the truth
+    ///
+    /// Random and adversarial problems; noise on the vertices of its bounds, bang-bang, constant, or chosen by an
+    /// adversary that sees the sets. Nothing is read or kept; the lake's table `attack` holds the default campaign.
+    /// Exit code 1 if something guaranteed was lost.
+    Attack {
+        /// Paper (all if not given)
+        paper: Option<String>,
+        /// So many times the runs of the default campaign
+        #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+        times: u64,
+        /// Go on with the long campaign in this file; it can be stopped at any time, and is whole after every block
+        #[arg(long, value_name = "FILE", conflicts_with = "times")]
+        record: Option<PathBuf>,
+        /// With --record: so many sets of every estimator on every family of problems ...
+        #[arg(
+            long,
+            value_name = "N",
+            default_value_t = 1_000_000,
+            requires = "record"
+        )]
+        sets: u64,
+        /// ... or so many minutes of a thread in this call, whichever comes first
+        #[arg(long, value_name = "M", default_value_t = 10, requires = "record", value_parser = clap::value_parser!(u64).range(1..=100_000))]
+        minutes: u64,
+        /// Count every unit of the long campaign in this file again; exit code 1 where a count differs
+        #[arg(long, value_name = "FILE", conflicts_with_all = ["times", "record"])]
+        recount: Option<PathBuf>,
+        /// Threads; all processors if not given
+        #[arg(long, value_parser = number_of_threads)]
+        jobs: Option<usize>,
+    },
+    /// Rehash every file against the manifest; check schemas, rows, and that no guarantee is violated
+    Verify {
+        #[command(flatten)]
+        lake: LakeArg,
+        /// Only print a hash of the numbers of each table, to compare builds and machines
+        #[arg(long)]
+        numbers: bool,
+    },
+}
+
+#[derive(Args)]
+struct LakeArg {
+    /// The lake
+    #[arg(long, default_value = "lake")]
+    lake: PathBuf,
+}
+
+#[derive(Args)]
+struct Reproduce {
+    /// Only this paper (may be repeated)
+    #[arg(long)]
+    paper: Vec<String>,
+    /// A smoke run of under a minute: few runs and steps, numbers compared with nothing
+    #[arg(long, conflicts_with = "full")]
+    quick: bool,
+    /// More seeds where the default uses one
+    #[arg(long)]
+    full: bool,
+    /// Threads; all processors if not given
+    #[arg(long, value_parser = number_of_threads)]
+    jobs: Option<usize>,
+    /// The lake [default: lake, with --quick lake-quick]
+    #[arg(long)]
+    lake: Option<PathBuf>,
+    /// Folder for the reports [default: reports below the current folder if it is there and the lake
+    /// holds every paper, else in the lake]
+    #[arg(long)]
+    reports: Option<PathBuf>,
+}
+
+/// Parses the arguments, runs, and says how it went by the exit code.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let verbosity = match (cli.quiet, cli.verbose) {
+        (true, _) => Verbosity::Quiet,
+        (_, true) => Verbosity::Verbose,
+        _ => Verbosity::Normal,
+    };
+    // It is set once, so nothing was set before.
+    let _ = miette::set_hook(Box::new(|_| Box::new(error_style())));
+    match run(cli.command, verbosity) {
+        Ok(code) => ExitCode::from(code),
+        Err(error) => {
+            let code = error.exit_code();
+            eprintln!("{:?}", miette::Report::new(error));
+            ExitCode::from(code as u8)
+        }
+    }
+}
+
+/// How errors are drawn: never with a path broken in two, and in lines as they come where a program reads them.
+fn error_style() -> miette::MietteHandler {
+    miette::MietteHandlerOpts::new()
+        // Every message holds its cause already.
+        .without_cause_chain()
+        .break_words(false)
+        .wrap_lines(std::io::stderr().is_terminal())
+        .build()
+}
+
+/// Writes results to the standard output. A reader who has seen enough (`zonobench query … | head`) is no error.
+fn print(text: &str) -> Result<(), Error> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => {
+            Err(Error::io("write to", Path::new("the standard output"), e))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
+    match command {
+        Command::ReproduceAll(options) => reproduce_all(&options, verbosity),
+        Command::Run { files, lake, jobs } => run_files(&files, &lake.lake, jobs, verbosity),
+        Command::Track {
+            file,
+            measurements,
+            inputs,
+            out,
+        } => {
+            for tracked in tracking::track(&file, &measurements, inputs.as_deref(), &out)? {
+                for (estimator, k) in &tracked.inconsistent {
+                    print(&format!(
+                        "{}: {estimator}: the measurement at k = {k} contradicts the model\n",
+                        tracked.id
+                    ))?;
+                }
+                if verbosity != Verbosity::Quiet {
+                    let out = tracked.out.display();
+                    print(&format!(
+                        "{}: k = 0 to {}; see {out}/estimates.parquet\n",
+                        tracked.id, tracked.steps
+                    ))?;
+                }
+            }
+            Ok(0)
+        }
+        Command::Plan {
+            files,
+            paper,
+            dot,
+            lake,
+        } => {
+            let papers = if files.is_empty() {
+                papers::load(&paper)?
+            } else {
+                Vec::new()
+            };
+            plan(&experiments(&files, &paper)?, &papers, dot, &lake.lake)
+        }
+        Command::Explain {
+            target,
+            files,
+            lake,
+        } => explain(&target, &files, &lake.lake),
+        Command::Count { paper, lake } => count(paper.as_deref(), &lake.lake),
+        Command::Tables {
+            paper,
+            table,
+            format,
+            lake,
+        } => {
+            print(&tables::render(
+                &lake.lake,
+                paper.as_deref(),
+                table.as_deref(),
+                format,
+            )?)?;
+            Ok(0)
+        }
+        Command::Query { sql, format, lake } => {
+            print(&query::render(&query::run(&lake.lake, &sql)?, format))?;
+            Ok(0)
+        }
+        Command::Report { lake, out } => {
+            let written = report::write(&lake.lake, &out)?;
+            print(&format!("{written} files in {}\n", out.display()))?;
+            Ok(0)
+        }
+        Command::Claims { paper, claim, jobs } => {
+            let text =
+                threads(jobs)?.install(|| ledger::render(paper.as_deref(), claim.as_deref()))?;
+            print(&text)?;
+            Ok(0)
+        }
+        Command::Attack {
+            paper,
+            record: Some(path),
+            sets,
+            minutes,
+            jobs,
+            ..
+        } => {
+            let (progress, until) = (Progress::new(verbosity, 0), Until { sets, minutes });
+            let work = || long_campaign::record(&path, paper.as_deref(), until, &progress);
+            Ok(u8::from(!threads(jobs)?.install(work)?))
+        }
+        Command::Attack {
+            paper,
+            recount: Some(path),
+            jobs,
+            ..
+        } => {
+            let progress = Progress::new(verbosity, 0);
+            let work = || long_campaign::recount(&path, paper.as_deref(), &progress);
+            print(&format!(
+                "{} sets, each as recorded\n",
+                threads(jobs)?.install(work)?
+            ))?;
+            Ok(0)
+        }
+        Command::Attack {
+            paper, times, jobs, ..
+        } => {
+            let (paper, size) = (paper.as_deref(), Size::Times(times));
+            let progress = Progress::new(verbosity, campaign::units(paper, size)?);
+            let found = threads(jobs)?.install(|| campaign::run(paper, size, &progress))?;
+            print(&found.text)?;
+            Ok(u8::from(found.broken))
+        }
+        Command::Verify {
+            lake,
+            numbers: true,
+        } => {
+            print(&numbers::text(&numbers::of_lake(&lake.lake)?))?;
+            Ok(0)
+        }
+        Command::Verify { lake, .. } => verify(&lake.lake),
+    }
+}
+
+/// The most threads that `--jobs` takes: more than any machine has use for, fewer than any refuses.
+const MOST_THREADS: usize = 1024;
+
+fn number_of_threads(text: &str) -> Result<usize, String> {
+    let jobs = text
+        .parse()
+        .ok()
+        .filter(|jobs| (1..=MOST_THREADS).contains(jobs));
+    jobs.ok_or_else(|| format!("expected a number of threads from 1 to {MOST_THREADS}"))
+}
+
+fn threads(jobs: Option<usize>) -> Result<rayon::ThreadPool, Error> {
+    let jobs = jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(jobs)
+        .build()
+        .map_err(|e| Error::Refused {
+            what: "--jobs".to_owned(),
+            expected: format!("a number of threads that the system grants ({e})"),
+            got: jobs.to_string(),
+        })
+}
+
+fn work(experiments: &[Arc<Experiment>]) -> u64 {
+    experiments
+        .iter()
+        .map(|e| (e.runs * (1 + e.estimators.len())) as u64)
+        .sum()
+}
+
+fn run_all(
+    store: &Store,
+    experiments: &[Arc<Experiment>],
+    progress: &Progress,
+) -> Result<Vec<Finished>, Error> {
+    experiments
+        .par_iter()
+        .map(|e| engine::run(store, e, progress))
+        .collect()
+}
+
+fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error> {
+    let start = Instant::now();
+    let mut papers = papers::load(&options.paper)?;
+    if options.quick {
+        papers = papers.into_iter().map(Paper::quick).collect();
+    }
+    let (scale, size) = if options.quick {
+        (Scale::Quick, Size::Quick)
+    } else {
+        (Scale::Full, Size::Times(1))
+    };
+    let default = if options.quick { "lake-quick" } else { "lake" };
+    let lake = options.lake.clone().unwrap_or_else(|| default.into());
+    let store = Store::open(&lake)?;
+    let experiments: Vec<Arc<Experiment>> =
+        papers.iter().flat_map(|p| p.experiments.clone()).collect();
+    let attacks = |p: &Paper| {
+        let systems = attack::systems(&p.name).into_iter();
+        systems
+            .map(|s| attack::units(&p.name, s, size))
+            .sum::<u64>()
+    };
+    let total = work(&experiments) + papers.iter().map(attacks).sum::<u64>();
+    let progress = Progress::new(verbosity, total);
+    let pool = threads(options.jobs)?;
+    let finished = pool.install(|| run_all(&store, &experiments, &progress))?;
+    let mut files = Vec::new();
+    for f in &finished {
+        files.extend(engine::publications(f)?);
+    }
+    for paper in &papers {
+        let name = &paper.name;
+        progress.stage(name, "claims, counts and comparison");
+        let compared = pool.install(|| engine::compare(&store, paper, &finished, scale))?;
+        files.extend(engine::paper_publications(paper, &compared)?);
+        progress.stage(name, "attacks");
+        files.extend(pool.install(|| engine::attack(&store, name, size, &progress))?);
+    }
+    progress.clear();
+    let names: Vec<&str> = papers.iter().map(|p| p.name.as_str()).collect();
+    pool.install(|| lake::publish(&lake, files, |paper, _| names.contains(&paper)))?;
+    for f in &finished {
+        engine::write_timings(&lake, f)?;
+    }
+    for paper in &papers {
+        engine::write_timing_comparison(&lake, paper, &finished)?;
+    }
+    let entries = lake::read_manifest(&lake)?;
+    let reports = match &options.reports {
+        Some(folder) => folder.clone(),
+        None => reports_folder(&lake, &entries, options.quick),
+    };
+    report::write(&lake, &reports)?;
+    let violations = lake::violations(&lake, &entries)?;
+    log_run(&lake, "reproduce-all", start, &finished)?;
+    let errors = summary(&lake, &reports, options.quick, verbosity)?;
+    for violation in &violations {
+        eprintln!("{}: {}", violation.path, violation.what);
+    }
+    if verbosity != Verbosity::Quiet {
+        let (made, found) = finished
+            .iter()
+            .fold((0, 0), |(m, f), x| (m + x.made, f + x.found));
+        print(&format!(
+            "{made} results made, {found} found, {:.1} s\n",
+            start.elapsed().as_secs_f64()
+        ))?;
+    }
+    Ok(u8::from(errors > 0 || !violations.is_empty()))
+}
+
+/// `reports` below the current folder where it is there and this lake may be shown in it, else in the lake.
+fn reports_folder(lake: &Path, entries: &[lake::Entry], quick: bool) -> PathBuf {
+    let here = PathBuf::from("reports");
+    if !quick && here.is_dir() && has_every_paper(entries) {
+        here
+    } else {
+        lake.join("reports")
+    }
+}
+
+/// True if every paper is compared: the committed front page sums them all up, which a lake of some of them cannot.
+fn has_every_paper(entries: &[lake::Entry]) -> bool {
+    papers::names().iter().all(|paper| {
+        let table = lake::paper_table_path("comparison", paper);
+        entries.iter().any(|entry| entry.path == table)
+    })
+}
+
+/// Prints the matrix of verdicts and where to look; returns the number of cells in error.
+fn summary(lake: &Path, reports: &Path, quick: bool, verbosity: Verbosity) -> Result<usize, Error> {
+    let matrix = tables::matrix(lake)?;
+    let errors = matrix
+        .iter()
+        .filter(|(_, _, verdict, _)| verdict == "error")
+        .map(|(_, _, _, n)| n)
+        .sum();
+    if verbosity == Verbosity::Quiet {
+        return Ok(errors);
+    }
+    let mut out = if quick {
+        "A quick run: every method and table, few runs; its numbers are compared with nothing.\n\n"
+            .to_owned()
+    } else {
+        format!(
+            "What the papers print, as reproduced (reading as-written), cells by verdict:\n\n{}\n",
+            tables::matrix_text(lake)?
+        )
+    };
+    out += &format!(
+        "Report:  {0}/{1} in a browser, {0}/README.md\n",
+        reports.display(),
+        report::HTML
+    );
+    out += &format!("Tables:  zonobench tables [PAPER [TABLE]]{}\n", flag(lake));
+    out += &format!(
+        "Data:    zonobench query \"SELECT * FROM scores LIMIT 5\"{}\n",
+        flag(lake)
+    );
+    print(&out)?;
+    Ok(errors)
+}
+
+fn flag(lake: &Path) -> String {
+    if lake == Path::new("lake") {
+        String::new()
+    } else {
+        format!(" --lake {}", lake.display())
+    }
+}
+
+/// The experiments of the user's files, whose names differ.
+fn load(files: &[PathBuf]) -> Result<Vec<Arc<Experiment>>, Error> {
+    let mut experiments: Vec<(Arc<Experiment>, &Path)> = Vec::new();
+    for file in files {
+        for experiment in Experiment::load(file)? {
+            if let Some((_, first)) = experiments
+                .iter()
+                .find(|(e, _)| e.name() == experiment.name())
+            {
+                return Err(Error::Refused {
+                    what: format!("{}: id", file.display()),
+                    expected: format!("experiments that {} does not have", first.display()),
+                    got: experiment.name(),
+                });
+            }
+            experiments.push((Arc::new(experiment), file));
+        }
+    }
+    Ok(experiments
+        .into_iter()
+        .map(|(experiment, _)| experiment)
+        .collect())
+}
+
+fn run_files(
+    files: &[PathBuf],
+    lake: &Path,
+    jobs: Option<usize>,
+    verbosity: Verbosity,
+) -> Result<u8, Error> {
+    let start = Instant::now();
+    let experiments = load(files)?;
+    let store = Store::open(lake)?;
+    let progress = Progress::new(verbosity, work(&experiments));
+    let pool = threads(jobs)?;
+    let finished = pool.install(|| run_all(&store, &experiments, &progress))?;
+    progress.clear();
+    let mut published = Vec::new();
+    for f in &finished {
+        published.extend(engine::publications(f)?);
+    }
+    let ours = |paper: &str, experiment: Option<&str>| {
+        experiment.is_some_and(|id| experiments.iter().any(|e| e.paper == paper && e.id == id))
+    };
+    pool.install(|| lake::publish(lake, published, ours))?;
+    for f in &finished {
+        engine::write_timings(lake, f)?;
+    }
+    log_run(lake, "run", start, &finished)?;
+    let violations: Vec<_> = lake::violations(lake, &lake::read_manifest(lake)?)?;
+    for violation in &violations {
+        eprintln!("{}: {}", violation.path, violation.what);
+    }
+    if verbosity != Verbosity::Quiet {
+        let mut out = String::new();
+        for e in &experiments {
+            let sql = format!(
+                "SELECT estimator, metric, component, n_runs, mean, sd FROM scores WHERE paper = '{}' AND experiment = '{}'",
+                e.paper, e.id
+            );
+            let scores = query::render(&query::run(lake, &sql)?, query::Format::Table);
+            out += &format!("\n{}\n\n{scores}\n", e.name());
+        }
+        out += &format!(
+            "Data:    zonobench query \"SELECT * FROM estimates LIMIT 5\"{}\n",
+            flag(lake)
+        );
+        print(&out)?;
+    }
+    Ok(u8::from(!violations.is_empty()))
+}
+
+/// Appends one line to the run log: when, how long, what. Never hashed.
+fn log_run(lake: &Path, command: &str, start: Instant, finished: &[Finished]) -> Result<(), Error> {
+    let path = lake.join("runlog.jsonl");
+    let unix = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .map_or(0, |t| t.as_secs());
+    let line = serde_json::json!({
+        "command": command,
+        "unix_time_s": unix,
+        "seconds": start.elapsed().as_secs_f64(),
+        "version": env!("CARGO_PKG_VERSION"),
+        "processor": processor(),
+        "threads": rayon::current_num_threads(),
+        "made": finished.iter().map(|f| f.made).sum::<usize>(),
+        "found": finished.iter().map(|f| f.found).sum::<usize>(),
+    });
+    let append = || -> std::io::Result<()> {
+        let mut file = std::fs::File::options()
+            .create(true)
+            .append(true)
+            .open(&path)?;
+        std::io::Write::write_all(&mut file, format!("{line}\n").as_bytes())
+    };
+    append().map_err(|e| Error::io("append to", &path, e))
+}
+
+/// The processor's model, where the system tells it.
+fn processor() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = info
+        .lines()
+        .find_map(|line| line.strip_prefix("model name"));
+    model.map_or_else(
+        || "unknown".to_owned(),
+        |m| m.trim_start_matches([' ', '\t', ':']).to_owned(),
+    )
+}
+
+/// The experiments of the user's files, or of the papers where there are none.
+fn experiments(files: &[PathBuf], papers: &[String]) -> Result<Vec<Arc<Experiment>>, Error> {
+    if files.is_empty() {
+        Ok(papers::load(papers)?
+            .into_iter()
+            .flat_map(|paper| paper.experiments)
+            .collect())
+    } else {
+        load(files)
+    }
+}
+
+fn plan(
+    experiments: &[Arc<Experiment>],
+    papers: &[Paper],
+    dot: bool,
+    lake: &Path,
+) -> Result<u8, Error> {
+    let store = Store::read_only(lake);
+    let (mut cached, mut to_run) = (0, 0);
+    let mut out = String::new();
+    if dot {
+        out += "digraph zonobench {\n  rankdir = LR;\n";
+    }
+    let of_experiments = experiments
+        .iter()
+        .map(|e| (Some(e), engine::plan(&store, e)));
+    let of_papers = papers.iter().map(|p| (None, engine::plan_paper(&store, p)));
+    for (experiment, planned) in of_experiments.chain(of_papers) {
+        if dot {
+            out += &match experiment {
+                Some(experiment) => engine::dot(experiment, &planned),
+                None => engine::dot_paper(&planned),
+            };
+            continue;
+        }
+        for line in planned {
+            let why = match &line.status {
+                Status::Cached => {
+                    cached += 1;
+                    continue;
+                }
+                Status::Missing => "was never made".to_owned(),
+                Status::Upstream => "reads what runs before it".to_owned(),
+                Status::Changed(changes) => {
+                    let (place, old, new) = &changes[0];
+                    let more = changes.len() - 1;
+                    let more = if more > 0 {
+                        format!(" (and {more} more)")
+                    } else {
+                        String::new()
+                    };
+                    format!("{place}: {old} -> {new}{more}")
+                }
+            };
+            to_run += 1;
+            out += &format!("{}: {why}\n", line.target);
+        }
+    }
+    out += &if dot {
+        "}\n".to_owned()
+    } else {
+        format!("{to_run} results to make, {cached} in the lake\n")
+    };
+    print(&out)?;
+    Ok(0)
+}
+
+fn explain(wanted: &str, files: &[PathBuf], lake: &Path) -> Result<u8, Error> {
+    let store = Store::read_only(lake);
+    let mut known = Vec::new();
+    let mut out = String::new();
+    let paper = wanted.split('/').next().unwrap_or_default().to_owned();
+    let mut planned = Vec::new();
+    for experiment in experiments(files, std::slice::from_ref(&paper))? {
+        known.push(experiment.name());
+        planned.push(engine::plan(&store, &experiment));
+    }
+    if files.is_empty() {
+        for paper in papers::load(&[paper])? {
+            known.push(format!("{}/-", paper.name));
+            planned.push(engine::plan_paper(&store, &paper));
+        }
+    }
+    for lines in planned {
+        for line in lines {
+            let name = line.target.to_string();
+            if name != wanted && !name.starts_with(&format!("{wanted}/")) {
+                continue;
+            }
+            match line.status {
+                Status::Cached => out += &format!("{name}: in the lake, would not run\n"),
+                Status::Missing => out += &format!("{name}: would run, it was never made\n"),
+                Status::Upstream => {
+                    out += &format!("{name}: would run, it reads what runs before it\n")
+                }
+                Status::Changed(changes) => {
+                    out += &format!("{name}: would run, its key differs:\n");
+                    for (place, old, new) in changes {
+                        out += &format!("  {place}: {old} -> {new}\n");
+                    }
+                }
+            }
+        }
+    }
+    if out.is_empty() {
+        return Err(Error::Unknown {
+            what: "target",
+            got: wanted.to_owned(),
+            expected: format!(
+                "experiments: {}; `plan` lists their targets",
+                known.join(", ")
+            ),
+        });
+    }
+    print(&out)?;
+    Ok(0)
+}
+
+fn count(paper: Option<&str>, lake: &Path) -> Result<u8, Error> {
+    let claiming = zonobench_complexity::PAPERS;
+    if let Some(unknown) = paper.filter(|p| !claiming.contains(p)) {
+        return Err(Error::Unknown {
+            what: "paper that claims a cost",
+            got: unknown.to_owned(),
+            expected: format!("papers: {}", claiming.join(", ")),
+        });
+    }
+    let store = Store::open(lake)?;
+    let all = claiming.into_iter();
+    let mut out = String::new();
+    for name in all.filter(|name| paper.is_none_or(|p| p == *name)) {
+        let counts = counts_text(&engine::counted(&store, name)?);
+        out += &format!("# {name}\n{counts}\n");
+    }
+    print(&out)?;
+    Ok(0)
+}
+
+fn verify(lake: &Path) -> Result<u8, Error> {
+    let (files, findings) = lake::verify(lake)?;
+    let mut out: String = findings
+        .iter()
+        .map(|f| format!("{}: {}\n", f.path, f.what))
+        .collect();
+    out += &match findings.len() {
+        0 => format!("{files} files as the manifest says, no guarantee violated\n"),
+        1 => format!("1 fault in {files} files\n"),
+        n => format!("{n} faults in {files} files\n"),
+    };
+    print(&out)?;
+    Ok(u8::from(!findings.is_empty()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::has_every_paper;
+    use zonobench_lake::lake;
+    use zonobench_verdicts::papers;
+
+    #[test]
+    fn a_lake_of_some_papers_is_not_for_the_committed_pages() {
+        let compared = |paper: &&str| lake::Entry {
+            path: lake::paper_table_path("comparison", paper),
+            table: "comparison".to_owned(),
+            bytes: 0,
+            blake3: String::new(),
+            rows: Some(1),
+            schema_version: None,
+            key: String::new(),
+        };
+        let mut entries: Vec<lake::Entry> = papers::names().iter().map(compared).collect();
+        assert!(has_every_paper(&entries));
+        entries.pop();
+        assert!(!has_every_paper(&entries));
+    }
+}

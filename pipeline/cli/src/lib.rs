@@ -1,0 +1,3 @@
+//! The program `zonobench`.
+
+pub mod cli;

@@ -1,0 +1,7 @@
+//! Which results are needed, in which order, what is published of them, and how far the work is.
+
+pub mod campaign;
+pub mod code;
+pub mod engine;
+pub mod long_campaign;
+pub mod progress;

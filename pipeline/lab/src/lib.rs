@@ -1,0 +1,8 @@
+//! Where numbers are made: experiment files are read, runs are simulated, estimated, traced and reduced to metrics.
+//!
+//! What a paper prints, and how a number is shown, is not known here.
+
+pub mod experiment;
+pub mod recorded;
+pub mod stage;
+pub mod tracking;

@@ -1,0 +1,417 @@
+//! estimate: one estimator over all runs of an experiment, and the judge beside it.
+//!
+//! The estimator reads measurements and inputs. The truth goes to the judge alone, which is handed
+//! every finished belief and says whether it holds the truth.
+
+use crate::experiment::{EstimatorSpec, MetricSpec, Output};
+use crate::stage::{Experiment, Recordings, metadata};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use std::path::Path;
+use std::time::Instant;
+use zonobench_estimation::estimator::{Belief as _, Containment, Estimator as _, Phase};
+use zonobench_estimation::outline::outline;
+use zonobench_estimation::{AnyBelief, AnyEstimator, EstimationError, Problem, System as _, track};
+use zonobench_lake::error::Error;
+use zonobench_lake::rows::{self, Belief, Estimate, EstimatorInfo, Extra, Set, Timing};
+use zonobench_lake::store::canonical;
+use zonobench_lake::table::{self, Name, TableWriter};
+use zonobench_sets::Interval;
+
+/// The most generators of a set that a trace carries.
+const TRACED_GENERATORS: usize = 256;
+
+/// What the estimates of estimator `index` depend on.
+pub fn input(experiment: &Experiment, index: usize, data: &str) -> Value {
+    let e = &experiment.estimators[index];
+    json!({
+        "estimator": e.id,
+        "settings": e.settings,
+        "problem": e.problem,
+        "steps": experiment.steps,
+        "runs": experiment.runs,
+        "sets": experiment.output.sets,
+        "traces": experiment.output.traces,
+        "updated_only": experiment.output.updated_only,
+        "volumes": volumes(experiment),
+        "extras": extras(experiment),
+        "data": data,
+    })
+}
+
+/// Whether some metric needs the volumes of sets.
+fn volumes(experiment: &Experiment) -> bool {
+    let needed = |m: &MetricSpec| matches!(m.name, "area" | "volume");
+    experiment.metrics.iter().any(needed)
+}
+
+/// Whether some metric needs the numbers that one kind of belief has beyond its size.
+fn extras(experiment: &Experiment) -> bool {
+    let needed = |m: &MetricSpec| matches!(m.name, "body_box_area" | "projected_area");
+    experiment.metrics.iter().any(needed)
+}
+
+/// One estimator and what it is run on.
+pub struct Job<'a> {
+    /// `paper/experiment`, for messages.
+    pub name: String,
+    /// The estimator.
+    pub spec: &'a EstimatorSpec,
+    /// The last step.
+    pub steps: usize,
+    /// What is kept besides the estimates.
+    pub output: &'a Output,
+    /// Whether volumes are computed also where that takes more than the step itself.
+    pub volumes: bool,
+    /// Whether a belief's extra numbers are kept.
+    pub extras: bool,
+    /// The seed of the simulated data.
+    pub seed: Option<u64>,
+    /// Whether the data keep to what the estimator assumes; true where nothing is known of them.
+    pub admissible: bool,
+}
+
+impl Job<'_> {
+    /// Estimator `index` of an experiment.
+    pub fn of(experiment: &Experiment, index: usize) -> Job<'_> {
+        Job {
+            name: experiment.name(),
+            spec: &experiment.estimators[index],
+            steps: experiment.steps,
+            output: &experiment.output,
+            volumes: volumes(experiment),
+            extras: extras(experiment),
+            seed: Some(experiment.seed),
+            admissible: experiment
+                .truth
+                .is_admissible(&experiment.estimators[index].problem, experiment.steps),
+        }
+    }
+}
+
+/// The row that describes the estimator of a job.
+pub fn describe(job: &Job) -> Result<EstimatorInfo, Error> {
+    let spec = job.spec;
+    let estimator = build(job)?;
+    let mut settings = serde_json::to_value(&spec.settings).expect("settings have a JSON form");
+    if let Value::Object(map) = &mut settings {
+        map.remove("kind");
+    }
+    Ok(EstimatorInfo {
+        estimator: spec.id.as_str().into(),
+        kind: estimator.kind().into(),
+        guaranteed: estimator.guaranteed() && job.admissible,
+        reads: estimator.reads().into(),
+        reported_phase: phase_name(estimator.reported_phase()).into(),
+        settings: canonical(&settings).into(),
+    })
+}
+
+fn build(job: &Job) -> Result<AnyEstimator, Error> {
+    AnyEstimator::new(&job.spec.settings, &job.spec.problem).map_err(|source| Error::Estimation {
+        experiment: job.name.clone(),
+        estimator: job.spec.id.clone(),
+        run: 0,
+        source: Box::new(source),
+    })
+}
+
+/// The name of a phase in the tables.
+pub fn phase_name(phase: Phase) -> &'static str {
+    match phase {
+        Phase::Predicted => "predicted",
+        Phase::Updated => "updated",
+    }
+}
+
+/// Everything one run writes.
+#[derive(Default)]
+struct RunRows {
+    estimates: Vec<Estimate>,
+    beliefs: Vec<Belief>,
+    extras: Vec<Extra>,
+    sets: Vec<Set>,
+    shapes: Vec<Set>,
+    timing: Option<Timing>,
+}
+
+/// Writes `estimates`, `beliefs`, `extras` (for metrics), `sets`, `shapes` (outlines of run 0 for the trace) and `timings`.
+pub fn make(
+    job: &Job,
+    recordings: &Recordings,
+    dir: &Path,
+    done: &(dyn Fn(u64) + Sync),
+) -> Result<(), Error> {
+    let estimator = build(job)?;
+    let judged = Judged::new(job, &estimator);
+    let meta = metadata("estimate", job.seed);
+    let mut estimates = TableWriter::create(&dir.join("estimates.parquet"), &meta)?;
+    let mut beliefs = TableWriter::create(&dir.join("beliefs.parquet"), &meta)?;
+    let mut extras = TableWriter::create(&dir.join("extras.parquet"), &meta)?;
+    let mut sets = TableWriter::create(&dir.join("sets.parquet"), &meta)?;
+    let mut shapes = TableWriter::create(&dir.join("shapes.parquet"), &meta)?;
+    let mut timings = Vec::new();
+    let runs: Vec<usize> = (0..recordings.runs()).collect();
+    for chunk in runs.chunks(32) {
+        let finished: Vec<RunRows> = chunk
+            .par_iter()
+            .map(|&run| {
+                let rows = judged.run(recordings, run);
+                done(1);
+                rows
+            })
+            .collect::<Result<_, _>>()?;
+        for run in finished {
+            estimates.push(run.estimates)?;
+            beliefs.push(run.beliefs)?;
+            extras.push(run.extras)?;
+            sets.push(run.sets)?;
+            shapes.push(run.shapes)?;
+            timings.extend(run.timing);
+        }
+    }
+    estimates.close()?;
+    beliefs.close()?;
+    extras.close()?;
+    sets.close()?;
+    shapes.close()?;
+    table::write(&dir.join("timings.parquet"), timings, &meta)?;
+    Ok(())
+}
+
+struct Judged<'a> {
+    job: &'a Job<'a>,
+    estimator: &'a AnyEstimator,
+    id: Name,
+    components: Vec<Name>,
+    words: Words,
+}
+
+/// The texts that stand in every row.
+struct Words {
+    ok: Name,
+    unbounded: Name,
+    predicted: Name,
+    updated: Name,
+}
+
+impl<'a> Judged<'a> {
+    fn new(job: &'a Job<'a>, estimator: &'a AnyEstimator) -> Self {
+        let variables = job.spec.problem.system.variables();
+        Self {
+            job,
+            estimator,
+            id: job.spec.id.as_str().into(),
+            components: variables.x.iter().map(|v| v.name.as_str().into()).collect(),
+            words: Words {
+                ok: "ok".into(),
+                unbounded: "unbounded".into(),
+                predicted: phase_name(Phase::Predicted).into(),
+                updated: phase_name(Phase::Updated).into(),
+            },
+        }
+    }
+
+    fn run(&self, recordings: &Recordings, run: usize) -> Result<RunRows, Error> {
+        let mut rows = RunRows::default();
+        let mut times = Vec::with_capacity(self.job.steps + 1);
+        let updated_only =
+            self.job.output.updated_only && self.estimator.reported_phase() == Phase::Updated;
+        let mut steps = track(
+            self.estimator,
+            self.job.steps,
+            &recordings.u[run],
+            &recordings.y[run],
+        );
+        loop {
+            let start = Instant::now();
+            let Some(step) = steps.next() else { break };
+            times.push(start.elapsed().as_nanos() as i64);
+            let truth = recordings.truth(run, step.k);
+            let truth = truth.as_deref();
+            let predicted = step.predicted.as_ref().filter(|_| !updated_only);
+            if let Some(belief) = predicted {
+                self.record(run, step.k, Phase::Predicted, belief, truth, &mut rows);
+            }
+            match &step.updated {
+                // Nothing new is known, and nothing is said twice.
+                Ok(belief) if predicted.is_some_and(|b| b.says_the_same(belief)) => {}
+                Ok(belief) => self.record(run, step.k, Phase::Updated, belief, truth, &mut rows),
+                Err(EstimationError::Inconsistent { k }) => {
+                    self.ended(run, *k, "inconsistent", &mut rows);
+                }
+                Err(EstimationError::Refused { k, .. }) => {
+                    self.ended(run, *k, "refused", &mut rows)
+                }
+                Err(source) => {
+                    return Err(Error::Estimation {
+                        experiment: self.job.name.clone(),
+                        estimator: self.id.to_string(),
+                        run,
+                        source: Box::new(source.clone()),
+                    });
+                }
+            }
+        }
+        times.sort_unstable();
+        let period = self.job.spec.problem.system.period();
+        let late = |period: f64| times.iter().filter(|&&t| t as f64 > 1e9 * period).count() as i64;
+        rows.timing = times.last().map(|&max_ns| Timing {
+            estimator: self.id.clone(),
+            run: run as i32,
+            steps: times.len() as i64,
+            total_ns: times.iter().sum(),
+            median_ns: times[times.len() / 2],
+            p999_ns: times[(times.len() * 999).div_ceil(1000) - 1],
+            late: period.map(late),
+            max_ns,
+        });
+        Ok(rows)
+    }
+
+    fn record(
+        &self,
+        run: usize,
+        k: usize,
+        phase: Phase,
+        belief: &AnyBelief,
+        truth: Option<&[Interval]>,
+        rows: &mut RunRows,
+    ) {
+        let (center, hull, size) = (belief.center(), belief.interval_hull(), belief.size());
+        let truth = truth.filter(|_| hull.is_some());
+        let contains = truth.and_then(|x| match belief.contains(x) {
+            Containment::Inside => Some(true),
+            Containment::Outside => Some(false),
+            Containment::Undecided => None,
+        });
+        let bounded = hull
+            .as_ref()
+            .is_none_or(|h| h.iter().all(|side| side.is_finite()));
+        let words = &self.words;
+        let status = if bounded { &words.ok } else { &words.unbounded };
+        let phase_text = match phase {
+            Phase::Predicted => &words.predicted,
+            Phase::Updated => &words.updated,
+        };
+        for (i, component) in self.components.iter().enumerate() {
+            rows.estimates.push(Estimate {
+                estimator: self.id.clone(),
+                run: run as i32,
+                k: k as i32,
+                phase: phase_text.clone(),
+                component: component.clone(),
+                center: Some(center[i]).filter(|c| !c.is_nan()),
+                lower: hull.as_ref().map(|h| h[i].lo()),
+                upper: hull.as_ref().map(|h| h[i].hi()),
+                status: status.clone(),
+            });
+        }
+        rows.beliefs.push(Belief {
+            estimator: self.id.clone(),
+            run: run as i32,
+            k: k as i32,
+            phase: phase_text.clone(),
+            n_generators: size.n_generators.map(|n| n as i64),
+            n_constraints: size.n_constraints.map(|n| n as i64),
+            trace_ggt: size.trace_ggt,
+            radius: size.radius,
+            volume: match self.job.volumes {
+                true => belief.volume(),
+                false => size.volume,
+            },
+            covariance: belief.covariance().map(|p| p.as_slice().to_vec()),
+            contains_truth: contains,
+            lp_count: size.lp_count as i64,
+            pivots: size.pivots as i64,
+        });
+        if self.job.extras && phase == self.estimator.reported_phase() {
+            rows.extras
+                .extend(belief.extras().into_iter().map(|(name, value)| Extra {
+                    estimator: self.id.clone(),
+                    run: run as i32,
+                    k: k as i32,
+                    name: name.into(),
+                    value,
+                }));
+        }
+        if run == 0 {
+            let wanted = self.job.output.sets.contains(&k);
+            let traced = self.job.output.traces && phase == self.estimator.reported_phase();
+            if wanted {
+                rows.sets
+                    .push(self.set(run, k, phase_text, belief, usize::MAX));
+            }
+            if traced {
+                rows.shapes
+                    .push(self.set(run, k, phase_text, belief, TRACED_GENERATORS));
+            }
+        }
+    }
+
+    fn set(&self, run: usize, k: usize, phase: &Name, belief: &AnyBelief, most: usize) -> Set {
+        let shape = belief.shape();
+        let vertices = (self.components.len() == 2).then(|| {
+            outline(&shape, (0, 1))
+                .into_iter()
+                .flatten()
+                .collect::<Vec<f64>>()
+        });
+        Set {
+            estimator: self.id.clone(),
+            run: run as i32,
+            k: k as i32,
+            phase: phase.clone(),
+            kind: shape.kind.into(),
+            center: Some(shape.center),
+            generators: shape
+                .generators
+                .filter(|g| g.cols() <= most)
+                .map(|g| g.as_slice().to_vec()),
+            a: shape
+                .constraints
+                .as_ref()
+                .map(|(a, _)| a.as_slice().to_vec()),
+            b: shape.constraints.map(|(_, b)| b),
+            vertices: vertices.filter(|v| v.iter().all(|x| x.is_finite())),
+        }
+    }
+
+    /// A run that ended at `k` without a belief, and why.
+    fn ended(&self, run: usize, k: usize, status: &str, rows: &mut RunRows) {
+        for component in &self.components {
+            rows.estimates.push(Estimate {
+                estimator: self.id.clone(),
+                run: run as i32,
+                k: k as i32,
+                phase: "updated".into(),
+                component: component.clone(),
+                center: None,
+                lower: None,
+                upper: None,
+                status: status.into(),
+            });
+        }
+    }
+}
+
+/// The rows of the table `variables`.
+pub fn variables(problem: &Problem) -> Vec<rows::Variable> {
+    let v = problem.system.variables();
+    let mut out = Vec::new();
+    for (role, list) in [
+        ("x", &v.x),
+        ("u", &v.u),
+        ("w", &v.w),
+        ("y", &v.y),
+        ("v", &v.v),
+    ] {
+        out.extend(list.iter().enumerate().map(|(i, variable)| rows::Variable {
+            role: role.into(),
+            position: i as i32,
+            component: variable.name.as_str().into(),
+            unit: (&*variable.unit).into(),
+        }));
+    }
+    out
+}

@@ -1,0 +1,543 @@
+//! reduce: the steps of every run folded into that run's metrics.
+//!
+//! (Not to be confused with `reduce_order`, which makes a set simpler.) The formulas stand in
+//! [`crate::experiment::METRICS`]; sums run over k in ascending order.
+
+use crate::experiment::MetricSpec;
+use crate::experiment::metric::Bound;
+use crate::stage::estimate::{Job, describe, phase_name};
+use crate::stage::{Experiment, Recordings, metadata};
+use arrow_array::cast::AsArray;
+use arrow_array::types::{Float64Type, Int32Type};
+use arrow_array::{Array, Float64Array, RecordBatch};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use std::path::Path;
+use zonobench_estimation::estimators::{printed_width_bound, width_bound};
+use zonobench_estimation::{EstimationError, Problem, System as _};
+use zonobench_lake::error::Error;
+use zonobench_lake::rows::{Belief, Estimate, Extra, Metric};
+use zonobench_lake::store::Artifact;
+use zonobench_lake::table::{self, Name};
+use zonobench_sets::ellipsoid::{Ellipsoid, chi_square_isf};
+use zonobench_sets::se2::wrap;
+use zonobench_sets::{IntervalVector, Matrix};
+
+/// What the metrics depend on: the contents of the simulation and of every estimator's estimates.
+pub fn input(experiment: &Experiment, data: &str, estimates: &[String]) -> Value {
+    let estimators: Vec<Value> = experiment
+        .estimators
+        .iter()
+        .zip(estimates)
+        .map(|(e, content)| json!({ "id": e.id, "content": content }))
+        .collect();
+    json!({
+        "metrics": experiment.metrics,
+        "steps": experiment.steps,
+        "data": data,
+        "estimators": estimators,
+        // The width bounds are functions of the system and the noise boxes.
+        "problem": experiment.problem,
+    })
+}
+
+/// A belief at one step, as the tables hold it.
+#[derive(Clone, Default)]
+struct Point {
+    center: Vec<f64>,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    covariance: Option<Matrix>,
+    volume: Option<f64>,
+    contains: Option<bool>,
+    extras: Vec<(Name, f64)>,
+}
+
+impl Point {
+    fn half_widths(&self) -> impl Iterator<Item = f64> {
+        self.widths().map(|w| 0.5 * w)
+    }
+
+    fn widths(&self) -> impl Iterator<Item = f64> {
+        self.upper.iter().zip(&self.lower).map(|(u, l)| u - l)
+    }
+
+    /// The extra number `name`, or NaN.
+    fn extra(&self, name: &str) -> f64 {
+        let found = self.extras.iter().find(|(n, _)| &**n == name);
+        found.map_or(f64::NAN, |(_, value)| *value)
+    }
+
+    fn has_set(&self) -> bool {
+        !self.lower.is_empty()
+    }
+}
+
+/// One estimator's beliefs: phases[phase][run][k].
+struct Series {
+    id: String,
+    kind: String,
+    reported: usize,
+    phases: [Vec<Vec<Option<Point>>>; 2],
+    /// The step at which a run ended, and the status it ended with.
+    ended: Vec<Option<(usize, Name)>>,
+}
+
+impl Series {
+    fn at(&self, phase: usize, run: usize, k: usize) -> Option<&Point> {
+        self.phases[phase].get(run)?.get(k)?.as_ref()
+    }
+}
+
+fn phase_index(name: &str) -> usize {
+    usize::from(name == "updated")
+}
+
+fn read(
+    experiment: &Experiment,
+    index: usize,
+    runs: usize,
+    estimates: &Path,
+    beliefs: &Path,
+    extras: &Path,
+) -> Result<Series, Error> {
+    let n = experiment.problem.system.variables().x.len();
+    let info = describe(&Job::of(experiment, index))?;
+    let empty = || vec![vec![None; experiment.steps + 1]; runs];
+    let mut series = Series {
+        id: info.estimator.to_string(),
+        kind: info.kind.to_string(),
+        reported: phase_index(&info.reported_phase),
+        phases: [empty(), empty()],
+        ended: vec![None; runs],
+    };
+    read_estimates(&mut series, estimates)?;
+    read_beliefs(&mut series, beliefs, n)?;
+    let reported = series.reported;
+    table::for_each::<Extra>(extras, |row| {
+        let place = &mut series.phases[reported][row.run as usize][row.k as usize];
+        if let Some(point) = place {
+            point.extras.push((row.name, row.value));
+        }
+    })?;
+    Ok(series)
+}
+
+/// A column of a batch; `table::columns` has checked the table.
+fn column<'a>(batch: &'a RecordBatch, name: &str) -> &'a dyn Array {
+    batch.column_by_name(name).expect("this column was read")
+}
+
+fn doubles<'a>(batch: &'a RecordBatch, name: &str) -> &'a Float64Array {
+    column(batch, name).as_primitive::<Float64Type>()
+}
+
+/// The columns run, k and phase, row by row as places in `phases`.
+fn places(batch: &RecordBatch) -> impl Iterator<Item = (usize, usize, usize)> {
+    let integers = |name: &str| column(batch, name).as_primitive::<Int32Type>().values();
+    let phases = column(batch, "phase").as_string::<i32>();
+    let steps = integers("run").iter().zip(integers("k"));
+    let at = move |(i, (&run, &k)): (usize, (&i32, &i32))| {
+        (phase_index(phases.value(i)), run as usize, k as usize)
+    };
+    steps.enumerate().map(at)
+}
+
+fn read_estimates(series: &mut Series, path: &Path) -> Result<(), Error> {
+    let wanted = ["run", "k", "phase", "center", "lower", "upper", "status"];
+    for batch in table::columns::<Estimate>(path, &wanted)? {
+        let batch = batch?;
+        let [center, lower, upper] = ["center", "lower", "upper"].map(|c| doubles(&batch, c));
+        for (i, (phase, run, k)) in places(&batch).enumerate() {
+            if center.is_null(i) {
+                let status = column(&batch, "status").as_string::<i32>().value(i);
+                series.ended[run] = Some((k, status.into()));
+                continue;
+            }
+            let point = series.phases[phase][run][k].get_or_insert_with(Point::default);
+            point.center.push(center.value(i));
+            if lower.is_valid(i) && upper.is_valid(i) {
+                point.lower.push(lower.value(i));
+                point.upper.push(upper.value(i));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn read_beliefs(series: &mut Series, path: &Path, n: usize) -> Result<(), Error> {
+    let wanted = [
+        "run",
+        "k",
+        "phase",
+        "volume",
+        "covariance",
+        "contains_truth",
+    ];
+    for batch in table::columns::<Belief>(path, &wanted)? {
+        let batch = batch?;
+        let volume = doubles(&batch, "volume");
+        let covariance = column(&batch, "covariance").as_list::<i32>();
+        let contains = column(&batch, "contains_truth").as_boolean();
+        for (i, (phase, run, k)) in places(&batch).enumerate() {
+            let Some(point) = &mut series.phases[phase][run][k] else {
+                continue;
+            };
+            point.covariance = covariance.is_valid(i).then(|| {
+                let entries = covariance.value(i);
+                let p = entries.as_primitive::<Float64Type>();
+                Matrix::from_fn(n, n, |i, j| p.value(i * n + j))
+            });
+            point.volume = volume.is_valid(i).then(|| volume.value(i));
+            point.contains = contains.is_valid(i).then(|| contains.value(i));
+        }
+    }
+    Ok(())
+}
+
+/// Writes `metrics.parquet` from the artifacts of `simulate` and of every estimator, in the file's order.
+pub fn make(
+    experiment: &Experiment,
+    recordings: &Recordings,
+    estimates: &[Artifact],
+    dir: &Path,
+) -> Result<(), Error> {
+    let runs = recordings.runs();
+    let series: Vec<Series> = estimates
+        .iter()
+        .enumerate()
+        .map(|(index, artifact)| {
+            let path = |name: &str| {
+                artifact.path(name).ok_or_else(|| Error::Unknown {
+                    what: "file of the estimates",
+                    got: name.to_owned(),
+                    expected: "estimates.parquet, beliefs.parquet, extras.parquet".to_owned(),
+                })
+            };
+            read(
+                experiment,
+                index,
+                runs,
+                &path("estimates.parquet")?,
+                &path("beliefs.parquet")?,
+                &path("extras.parquet")?,
+            )
+        })
+        .collect::<Result<_, _>>()?;
+    let mut rows = Vec::new();
+    for (index, s) in series.iter().enumerate() {
+        for spec in &experiment.metrics {
+            rows.extend(fold(experiment, recordings, &series, index, spec, s)?);
+        }
+    }
+    table::write(
+        &dir.join("metrics.parquet"),
+        rows,
+        &metadata("reduce", Some(experiment.seed)),
+    )?;
+    Ok(())
+}
+
+/// The values of one metric of one estimator over all runs; none where the metric does not apply to it.
+fn fold(
+    experiment: &Experiment,
+    recordings: &Recordings,
+    series: &[Series],
+    index: usize,
+    spec: &MetricSpec,
+    s: &Series,
+) -> Result<Vec<Metric>, Error> {
+    let other = |id: &Option<String>| {
+        id.as_ref()
+            .and_then(|id| series.iter().find(|o| o.id == *id))
+    };
+    let compared = [other(&spec.over), other(&spec.than), other(&spec.within)]
+        .into_iter()
+        .flatten()
+        .next();
+    if compared.is_some_and(|o| o.id == s.id) {
+        return Ok(Vec::new());
+    }
+    let fail = |source: EstimationError| Error::Estimation {
+        experiment: experiment.name(),
+        estimator: s.id.clone(),
+        run: 0,
+        source: Box::new(source),
+    };
+    let variables = experiment.problem.system.variables();
+    let components: Vec<Name> = variables.x.iter().map(|v| v.name.as_str().into()).collect();
+    let context = Context {
+        steps: experiment.steps,
+        spec,
+        s,
+        compared,
+        angles: variables.x.iter().map(|v| v.unit == "rad").collect(),
+        phase: spec
+            .phase
+            .map_or(s.reported, |p| phase_index(phase_name(p))),
+        compared_phase: spec
+            .than_phase
+            .or(spec.within_phase)
+            .map(|p| phase_index(phase_name(p)))
+            .or(compared.map(|o| o.reported))
+            .unwrap_or(1),
+        bound: match spec.bound {
+            Some(_) if s.kind != "box-state-est" => return Ok(Vec::new()),
+            Some(bound) => {
+                Some(box_bound(&experiment.estimators[index].problem, bound).map_err(fail)?)
+            }
+            None => None,
+        },
+        ellipsoid: match spec.level {
+            Some(level) if spec.name.starts_with("ellipsoid") => Some(
+                chi_square_isf(1.0 - level, components.len())
+                    .map_err(EstimationError::at(0, "level of the ellipsoid"))
+                    .map_err(fail)?,
+            ),
+            _ => None,
+        },
+    };
+    let values: Vec<Vec<(Option<usize>, Option<f64>)>> = (0..recordings.runs())
+        .into_par_iter()
+        .map(|run| context.run(recordings, run))
+        .collect();
+    // A metric without a value in any run does not apply to this kind of estimator.
+    if values.iter().flatten().all(|(_, value)| value.is_none()) {
+        return Ok(Vec::new());
+    }
+    let id: Name = s.id.as_str().into();
+    let metric: Name = spec.id.as_str().into();
+    let over: Option<Name> = compared.map(|o| o.id.as_str().into());
+    Ok(values
+        .into_iter()
+        .enumerate()
+        .flat_map(|(run, values)| {
+            values
+                .into_iter()
+                .map(move |(component, value)| (run, component, value))
+        })
+        .map(|(run, component, value)| Metric {
+            estimator: id.clone(),
+            run: run as i32,
+            metric: metric.clone(),
+            component: component.map(|i| components[i].clone()),
+            over: over.clone(),
+            value: value.filter(|v| !v.is_nan()),
+        })
+        .collect())
+}
+
+/// The width bound of [Meslem2018, Eq. (17)], as printed or corrected, for the noise boxes of `problem`.
+fn box_bound(problem: &Problem, bound: Bound) -> Result<f64, EstimationError> {
+    let parts = problem
+        .system
+        .linear_parts()
+        .ok_or(EstimationError::Unsupported {
+            kind: "box-state-est",
+            what: "the width bound of this system",
+            reason: "it holds for linear systems".into(),
+        })?;
+    let bound = match bound {
+        Bound::Printed => printed_width_bound(&parts.a, &parts.c)?,
+        Bound::Corrected => width_bound(&parts.a, &parts.c)?,
+    };
+    let widest = |hull: IntervalVector| {
+        hull.iter()
+            .map(|side| side.hi() - side.lo())
+            .fold(0.0, f64::max)
+    };
+    Ok(bound.width(widest(problem.v.box_hull()), widest(problem.w.box_hull())))
+}
+
+struct Context<'a> {
+    steps: usize,
+    spec: &'a MetricSpec,
+    s: &'a Series,
+    compared: Option<&'a Series>,
+    phase: usize,
+    compared_phase: usize,
+    bound: Option<f64>,
+    ellipsoid: Option<f64>,
+    /// Whether a component of the state is an angle.
+    angles: Vec<bool>,
+}
+
+impl Context<'_> {
+    /// (component, value) of one run.
+    fn run(&self, recordings: &Recordings, run: usize) -> Vec<(Option<usize>, Option<f64>)> {
+        let window: Vec<(usize, &Point)> = (0..=self.steps)
+            .filter(|&k| self.spec.covers(k))
+            .filter_map(|k| Some((k, self.s.at(self.phase, run, k)?)))
+            .collect();
+        let truth = |k: usize| recordings.state(run, k).unwrap_or_default();
+        let n = window.first().map_or(0, |(_, p)| p.center.len());
+        let sets = || window.iter().filter(|(_, p)| p.has_set());
+        let one = |value: Option<f64>| vec![(None, value)];
+        match self.spec.name {
+            "rmse" => (0..n)
+                .map(|i| {
+                    let square = |k: usize, p: &Point| {
+                        let e = p.center[i] - truth(k)[i];
+                        e * e
+                    };
+                    (Some(i), self.ratio_or(&window, run, square).map(f64::sqrt))
+                })
+                .collect(),
+            "rmse_wrapped" => (0..n)
+                .map(|i| {
+                    let square = |k: usize, p: &Point| {
+                        let e = p.center[i] - truth(k)[i];
+                        let e = if self.angles[i] { wrap(e) } else { e };
+                        e * e
+                    };
+                    (Some(i), self.ratio_or(&window, run, square).map(f64::sqrt))
+                })
+                .collect(),
+            "rmse_norm" => {
+                let square = |k: usize, p: &Point| {
+                    let x = truth(k);
+                    let errors = self.spec.components.iter().map(|&i| p.center[i] - x[i]);
+                    errors.map(|e| e * e).sum()
+                };
+                one(self.ratio_or(&window, run, square).map(f64::sqrt))
+            }
+            "radius" | "r_box" => one(self.ratio_or(&window, run, |_, p| {
+                p.half_widths().fold(f64::NAN, f64::max)
+            })),
+            "width" => {
+                let component =
+                    |i: usize| (Some(i), self.ratio_or(&window, run, |_, p| width_of(p, i)));
+                let mut values: Vec<_> = (0..n).map(component).collect();
+                values.push((
+                    None,
+                    self.ratio_or(&window, run, |_, p| p.widths().fold(f64::NAN, f64::max)),
+                ));
+                values
+            }
+            "volume" | "area" => {
+                one(self.ratio_or(&window, run, |_, p| p.volume.unwrap_or(f64::NAN)))
+            }
+            "box_area" => one(self.ratio_or(&window, run, |_, p| {
+                self.spec
+                    .components
+                    .iter()
+                    .map(|&i| width_of(p, i))
+                    .product()
+            })),
+            name @ ("body_box_area" | "projected_area") => {
+                one(self.ratio_or(&window, run, |_, p| p.extra(name)))
+            }
+            "bound_ratio" => one(self.bound.and_then(|bound| {
+                sets()
+                    .flat_map(|(_, p)| p.widths())
+                    .map(|w| w / bound)
+                    .reduce(f64::max)
+            })),
+            "contains" => one(share(window.iter().filter_map(|(_, p)| p.contains))),
+            "outside" => {
+                let any = sets().next().is_some();
+                let lost = window
+                    .iter()
+                    .filter(|(_, p)| p.contains == Some(false))
+                    .count();
+                one(any.then_some(lost as f64))
+            }
+            status @ ("inconsistent" | "refused") => {
+                let ended = self.s.ended[run]
+                    .as_ref()
+                    .is_some_and(|(k, how)| &**how == status && self.spec.covers(*k));
+                one(Some(f64::from(u8::from(ended))))
+            }
+            "better" => (0..n)
+                .map(|i| {
+                    let better = window.iter().filter_map(|(k, p)| {
+                        let q = self.compared?.at(self.compared_phase, run, *k)?;
+                        let x = truth(*k)[i];
+                        let (ours, theirs) = ((p.center[i] - x).abs(), (q.center[i] - x).abs());
+                        Some(if self.spec.strict {
+                            ours < theirs
+                        } else {
+                            ours <= theirs
+                        })
+                    });
+                    (Some(i), share(better))
+                })
+                .collect(),
+            "ellipsoid_contains" => one(share(window.iter().filter_map(|(k, p)| {
+                let sigma = self.ellipsoid?;
+                let ellipsoid =
+                    Ellipsoid::new(p.center.clone(), p.covariance.clone()?, sigma).ok()?;
+                ellipsoid.contains(&truth(*k)).ok()
+            }))),
+            "ellipsoid_inside" => one(share(window.iter().filter_map(|(k, p)| {
+                let sigma = self.ellipsoid?;
+                let ellipsoid =
+                    Ellipsoid::new(p.center.clone(), p.covariance.clone()?, sigma).ok()?;
+                let q = self.compared?.at(self.compared_phase, run, *k)?;
+                ellipsoid
+                    .is_inside(&IntervalVector::from_bounds(&q.lower, &q.upper).ok()?)
+                    .ok()
+            }))),
+            "center_inside" => one(share(window.iter().filter_map(|(k, p)| {
+                let q = self.compared?.at(self.compared_phase, run, *k)?;
+                q.has_set().then(|| {
+                    let sides = q.lower.iter().zip(&q.upper);
+                    p.center
+                        .iter()
+                        .zip(sides)
+                        .all(|(c, (l, u))| l <= c && c <= u)
+                })
+            }))),
+            "boundary" => (0..n)
+                .map(|i| {
+                    let near = sets().filter_map(|(k, p)| {
+                        let (x, level) = (truth(*k)[i], self.spec.level?);
+                        let gap = (x - p.lower[i]).min(p.upper[i] - x);
+                        Some(gap <= level * width_of(p, i))
+                    });
+                    (Some(i), share(near))
+                })
+                .collect(),
+            other => unreachable!("the metric {other} was checked when the experiment was read"),
+        }
+    }
+
+    /// Mean over the window of `value`, or, with `over`, of its ratio to the other estimator's.
+    fn ratio_or(
+        &self,
+        window: &[(usize, &Point)],
+        run: usize,
+        value: impl Fn(usize, &Point) -> f64,
+    ) -> Option<f64> {
+        let mut sum = 0.0;
+        let mut count = 0usize;
+        for (k, point) in window {
+            let ours = value(*k, point);
+            let term = match self.compared {
+                None => ours,
+                Some(other) => ours / value(*k, other.at(self.compared_phase, run, *k)?),
+            };
+            sum += term;
+            count += 1;
+        }
+        (count > 0)
+            .then(|| sum / count as f64)
+            .filter(|mean| !mean.is_nan())
+    }
+}
+
+fn width_of(p: &Point, i: usize) -> f64 {
+    match (p.lower.get(i), p.upper.get(i)) {
+        (Some(l), Some(u)) => u - l,
+        _ => f64::NAN,
+    }
+}
+
+fn share(verdicts: impl Iterator<Item = bool>) -> Option<f64> {
+    let (mut yes, mut all) = (0usize, 0usize);
+    for verdict in verdicts {
+        yes += usize::from(verdict);
+        all += 1;
+    }
+    (all > 0).then(|| yes as f64 / all as f64)
+}

@@ -1,0 +1,141 @@
+//! The long campaign against the guarantees, from the committed `attack.csv` beside the pages, by estimator.
+
+use crate::html::markup;
+use crate::markdown::{escaped, heading, table};
+use zonobench_attack::clopper_pearson_upper;
+use zonobench_engine::long_campaign::RecordedAttack;
+use zonobench_evidence::attack::CONFIDENCE;
+use zonobench_lake::digits::four_digits;
+
+/// The name of the file beside the pages.
+pub const FILE: &str = "attack.csv";
+
+/// The heads of the columns of [`rows`].
+pub const HEADS: [&str; 10] = [
+    "paper",
+    "system",
+    "estimator",
+    "guaranteed",
+    "sets",
+    "undecided",
+    "lost",
+    "of them called empty",
+    "refused",
+    "rate of losses below (95 %)",
+];
+
+/// How it was run, and how it is run again.
+fn how(recorded: &[RecordedAttack]) -> String {
+    let mut codes: Vec<&str> = recorded.iter().map(|row| row.code.as_str()).collect();
+    codes.sort_unstable();
+    codes.dedup();
+    format!(
+        "Counted once by `zonobench attack --record reports/attack.csv` and kept in that file, with the number of runs of \
+         every row; the counts depend on the code alone, here {}, and `zonobench attack --recount reports/attack.csv` counts \
+         them again and names a row that its own code counts otherwise. The lake's table `attack` holds the small campaign \
+         that every `reproduce-all` makes. Of the constrained zonotopes' intersections, undecided are empty sets that are \
+         not called empty.",
+        codes.join(", ")
+    )
+}
+
+/// One row an estimator and family of problems, all attacks together, in the order of the file.
+pub fn rows(recorded: &[RecordedAttack]) -> Vec<[String; 10]> {
+    let mut sums: Vec<RecordedAttack> = Vec::new();
+    for row in recorded {
+        let same = |sum: &&mut RecordedAttack| {
+            sum.paper == row.paper && sum.system == row.system && sum.estimator == row.estimator
+        };
+        match sums.iter_mut().find(same) {
+            Some(sum) => {
+                sum.steps += row.steps;
+                sum.undecided += row.undecided;
+                sum.lost += row.lost;
+                sum.empty += row.empty;
+                sum.refused += row.refused;
+            }
+            None => sums.push(row.clone()),
+        }
+    }
+    let shown = |sum: RecordedAttack| {
+        let bound = clopper_pearson_upper(sum.lost, sum.steps, CONFIDENCE);
+        let guaranteed = if sum.guaranteed { "yes" } else { "no" };
+        [
+            sum.paper,
+            sum.system,
+            sum.estimator,
+            guaranteed.to_owned(),
+            sum.steps.to_string(),
+            sum.undecided.to_string(),
+            sum.lost.to_string(),
+            sum.empty.to_string(),
+            sum.refused.to_string(),
+            four_digits(bound),
+        ]
+    };
+    sums.into_iter().map(shown).collect()
+}
+
+/// The section of the front page; nothing where nothing was recorded.
+pub fn section(recorded: &[RecordedAttack]) -> String {
+    if recorded.is_empty() {
+        return String::new();
+    }
+    let rows: Vec<Vec<String>> = rows(recorded)
+        .into_iter()
+        .map(|row| row.map(|cell| escaped(&cell)).to_vec())
+        .collect();
+    heading(2, "Campaign", "The campaign against the guarantees")
+        + &how(recorded)
+        + "\n\n"
+        + &table(&HEADS, &rows)
+        + "\n"
+}
+
+/// The page's part for a browser; nothing where nothing was recorded.
+pub fn html(recorded: &[RecordedAttack]) -> String {
+    if recorded.is_empty() {
+        return String::new();
+    }
+    let body: String = rows(recorded)
+        .iter()
+        .map(|row| markup::row(&row.each_ref().map(|cell| markup::escaped(cell))))
+        .collect();
+    format!(
+        "<h1>The campaign against the guarantees</h1>\n<p>{}</p>\n",
+        markup::escaped(&how(recorded)).replace('`', "")
+    ) + &markup::table(
+        "sortable",
+        "Every estimator that was attacked",
+        &HEADS,
+        &body,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_attacks_on_one_estimator_are_summed() {
+        let text = "paper,system,estimator,attack,guaranteed,units,steps,undecided,lost,empty,refused,code\n\
+                    cz,linear,zmv,uniform,true,1,40,1,0,0,0,7a\ncz,linear,zmv,chase,true,1,60,2,0,0,1,7a\n\
+                    cz,linear,zsmf,chase,false,1,10,0,3,1,0,7a\n";
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(FILE);
+        std::fs::write(&path, text).unwrap();
+        let recorded = zonobench_engine::long_campaign::read(&path).unwrap();
+        let found = rows(&recorded);
+        assert_eq!(found.len(), 2);
+        assert_eq!(found[0][..9].join(" "), "cz linear zmv yes 100 3 0 0 1");
+        assert_eq!(found[0][9], four_digits(1.0 - libm::pow(0.05, 0.01)));
+        assert_eq!(found[1][4..9].join(" "), "10 0 3 1 0");
+        std::fs::write(&path, text.replace("3,1,0", "3,4,0")).unwrap();
+        let message = zonobench_engine::long_campaign::read(&path)
+            .unwrap_err()
+            .to_string();
+        assert!(message.contains("zsmf"), "{message}");
+        assert_eq!(section(&[]), "");
+        assert!(section(&recorded).contains("here 7a, and"));
+    }
+}

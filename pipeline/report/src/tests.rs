@@ -1,0 +1,458 @@
+//! The pages of lakes that the engine makes here: small runs of the published experiments, with verdicts and
+//! as a smoke run, and an experiment of a user's own.
+
+use super::page::label;
+use super::*;
+use std::sync::{Arc, LazyLock};
+use tempfile::TempDir;
+use zonobench_engine::engine;
+use zonobench_engine::progress::{Progress, Verbosity};
+use zonobench_lab::experiment::Experiment;
+use zonobench_lake::lake;
+use zonobench_lake::rows::Comparison;
+use zonobench_lake::store::Store;
+use zonobench_query::query;
+use zonobench_query::tables;
+use zonobench_verdicts::compare::Scale;
+use zonobench_verdicts::papers;
+use zonobench_verdicts::verdict::{is_as_written, shown};
+
+/// A lake of small runs of `wanted` papers, compared at `scale`; with enough steps for every figure if `figures`.
+fn published(wanted: &[&str], scale: Scale, figures: bool) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(folder.path()).unwrap();
+    let names: Vec<String> = wanted.iter().map(|w| (*w).to_owned()).collect();
+    let mut files = Vec::new();
+    for paper in papers::load(&names).unwrap() {
+        let mut paper = paper.quick();
+        for e in paper
+            .experiments
+            .iter_mut()
+            .filter(|e| figures && e.id == "van-der-pol")
+        {
+            *e = Arc::new(Experiment {
+                runs: 1,
+                steps: 180,
+                ..(**e).clone()
+            });
+        }
+        let run = |e| engine::run(&store, e, &Progress::new(Verbosity::Quiet, 1)).unwrap();
+        let finished: Vec<engine::Finished> = paper.experiments.iter().map(run).collect();
+        for f in &finished {
+            files.extend(engine::publications(f).unwrap());
+        }
+        let compared = engine::compare(&store, &paper, &finished, scale).unwrap();
+        files.extend(engine::paper_publications(&paper, &compared).unwrap());
+    }
+    lake::publish(folder.path(), files, |_, _| true).unwrap();
+    folder
+}
+
+/// Both papers, with verdicts.
+static LAKE: LazyLock<TempDir> = LazyLock::new(|| published(&["box", "ezgkf"], Scale::Full, true));
+
+const OWN: &str = r#"
+schema = 1
+paper = "mine"
+id = "try_a"
+seed = 7
+runs = 3
+steps = 10
+[system]
+kind = "linear"
+a = [[0.9]]
+c = [[1.0]]
+[prior]
+box = [[-1.0, 1.0]]
+[noise]
+w = { box = [[-0.1, 0.1]] }
+v = { box = [[-0.1, 0.1]] }
+[[estimator]]
+id = "bx"
+kind = "box-state-est"
+[[metric]]
+name = "rmse"
+"#;
+
+fn own(text: &str) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(folder.path()).unwrap();
+    let mut files = Vec::new();
+    for e in Experiment::parse("own.toml", text).unwrap() {
+        let progress = Progress::new(Verbosity::Quiet, 1);
+        files.extend(
+            engine::publications(&engine::run(&store, &Arc::new(e), &progress).unwrap()).unwrap(),
+        );
+    }
+    lake::publish(folder.path(), files, |_, _| true).unwrap();
+    folder
+}
+
+fn with_times(lake: &TempDir, times: Vec<RecordedTime>) -> BTreeMap<String, String> {
+    let source = Source::open(lake.path()).unwrap();
+    let recorded = Recordings {
+        times,
+        ..Recordings::default()
+    };
+    render(&source, &drawn(&source).unwrap(), &recorded).unwrap()
+}
+
+fn pages(lake: &TempDir) -> BTreeMap<String, String> {
+    with_times(lake, Vec::new())
+}
+
+/// The targets of a page's links, images among them.
+fn targets(page: &str) -> Vec<String> {
+    let rest = page.split("](").skip(1);
+    rest.filter_map(|r| r.split_once(')'))
+        .map(|(target, _)| target.to_owned())
+        .collect()
+}
+
+/// Every link of every page leads to a file and a place in it.
+fn assert_links_resolve(pages: &BTreeMap<String, String>) {
+    for (name, page) in pages.iter().filter(|(name, _)| name.ends_with(".md")) {
+        for target in targets(page) {
+            let (file, place) = target.split_once('#').unwrap_or((&target, ""));
+            let folder = name.rsplit_once('/').map_or("", |(folder, _)| folder);
+            let path = match (file, file.strip_prefix("../")) {
+                ("", _) => name.clone(),
+                (_, Some(above)) => above.to_owned(),
+                _ if folder.is_empty() => file.to_owned(),
+                _ => format!("{folder}/{file}"),
+            };
+            let found = pages
+                .get(&path)
+                .unwrap_or_else(|| panic!("{name}: {target} leads nowhere"));
+            assert!(
+                place.is_empty() || found.contains(&format!("<a id=\"{place}\"></a>")),
+                "{name}: no place {place} in {path}"
+            );
+        }
+    }
+}
+
+/// Every line of a table has as many cells as its header.
+fn assert_tables_are_whole(pages: &BTreeMap<String, String>) {
+    for (name, page) in pages.iter().filter(|(name, _)| name.ends_with(".md")) {
+        let bars = |line: &str| line.replace("\\|", "").matches('|').count();
+        let mut header = None;
+        for line in page.lines() {
+            if line.starts_with('|') {
+                assert_eq!(
+                    *header.get_or_insert(bars(line)),
+                    bars(line),
+                    "{name}: {line}"
+                );
+            } else {
+                header = None;
+            }
+        }
+    }
+}
+
+#[test]
+fn the_same_lake_gives_the_same_bytes_wherever_it_lies() {
+    let first = pages(&LAKE);
+    assert_eq!(first, pages(&LAKE));
+    let other = tempfile::tempdir().unwrap();
+    for entry in lake::read_manifest(LAKE.path()).unwrap() {
+        let to = other.path().join(&entry.path);
+        std::fs::create_dir_all(to.parent().unwrap()).unwrap();
+        std::fs::copy(LAKE.path().join(&entry.path), to).unwrap();
+    }
+    std::fs::copy(
+        LAKE.path().join(lake::MANIFEST),
+        other.path().join(lake::MANIFEST),
+    )
+    .unwrap();
+    assert_eq!(first, pages(&other));
+    let here = LAKE.path().to_str().unwrap();
+    assert!(first.values().all(|page| !page.contains(here)));
+}
+
+#[test]
+fn every_link_leads_somewhere_and_every_table_is_whole() {
+    let pages = pages(&LAKE);
+    assert_links_resolve(&pages);
+    assert_tables_are_whole(&pages);
+}
+
+#[test]
+fn every_figure_is_drawn_and_small() {
+    let pages = pages(&LAKE);
+    for name in [
+        "box/fig-3",
+        "box/fig-4",
+        "box/fig-5",
+        "box/fig-6",
+        "box/fig-7",
+        "box/fig-8",
+        "box/fig-9",
+        "ezgkf/fig-1",
+    ] {
+        let svg = &pages[&format!("{name}.svg")];
+        assert!(svg.len() < 60_000, "{name} has {} bytes", svg.len());
+        let (folder, file) = name.split_once('/').unwrap();
+        assert!(
+            pages[&format!("{folder}/README.md")].contains(&format!("({file}.svg)")),
+            "{name} is not shown"
+        );
+    }
+    assert!(!pages["box/README.md"].contains("Not drawn"));
+    assert!(!pages["ezgkf/README.md"].contains("Not drawn"));
+}
+
+#[test]
+fn the_queries_below_a_figure_give_what_it_shows() {
+    let mut queries = 0;
+    for page in pages(&LAKE).values() {
+        for line in page
+            .lines()
+            .filter_map(|line| line.strip_prefix("zonobench query \""))
+        {
+            let frame = query::run(LAKE.path(), line.trim_end_matches('"')).unwrap();
+            assert!(frame.height() > 0, "{line}");
+            queries += 1;
+        }
+    }
+    assert!(queries >= 16, "{queries} queries");
+}
+
+#[test]
+fn every_cell_stands_on_its_page_and_every_finding_on_the_front() {
+    let pages = pages(&LAKE);
+    for paper in ["box", "ezgkf"] {
+        let page = &pages[&format!("{paper}/README.md")];
+        let cells: Vec<Comparison> = tables::comparisons(LAKE.path(), paper).unwrap();
+        assert!(
+            cells.iter().any(|c| tables::is_finding(&c.verdict)),
+            "{paper} has a finding to look for"
+        );
+        for c in &cells {
+            let place = page
+                .split(&format!("\n### {}\n", markdown::escaped(&c.table)))
+                .nth(1)
+                .unwrap();
+            let section = place.split("\n### ").next().unwrap();
+            let (row, column) = (label(&c.row), label(&c.column));
+            let start = if is_as_written(c) {
+                format!("| {row} | {column} | {}", markdown::escaped(&c.published))
+            } else {
+                format!("|  | ↳ *{}* |", markdown::escaped(&c.reading))
+            };
+            let verdict = format!("| {} |", shown(&c.verdict));
+            let found = section
+                .lines()
+                .any(|l| l.starts_with(&start) && l.contains(&verdict));
+            assert!(found, "{paper}: {c:?}");
+            if is_as_written(c) && tables::is_finding(&c.verdict) {
+                let front = &pages["README.md"];
+                assert!(front.contains(&format!("**{row}**")), "{row} is no finding");
+                assert!(
+                    front.contains(&markdown::escaped(&c.reason)),
+                    "{row} has no reason"
+                );
+                assert!(
+                    front.contains(&format!("`zonobench tables {paper} {:?}`", &*c.table)),
+                    "{row} has no command"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_counts_of_the_matrix_are_those_of_the_lake() {
+    let pages = pages(&LAKE);
+    let all: usize = tables::matrix(LAKE.path())
+        .unwrap()
+        .iter()
+        .map(|(_, _, _, n)| n)
+        .sum();
+    assert!(pages["README.md"].contains(&format!("{all} printed numbers and claims")));
+    for (paper, table, verdict, n) in tables::matrix(LAKE.path()).unwrap() {
+        let counted = format!("{n} {}", shown(&verdict));
+        let section = pages[&format!("{paper}/README.md")]
+            .split(&format!("\n### {}\n\n", markdown::escaped(&table)))
+            .nth(1)
+            .unwrap()
+            .to_owned();
+        assert!(
+            section.lines().next().unwrap().contains(&counted),
+            "{paper} {table}: {counted}"
+        );
+    }
+}
+
+#[test]
+fn a_smoke_run_says_so_and_a_paper_that_is_not_there_is_named() {
+    let lake = published(&["ezgkf"], Scale::Quick, false);
+    let pages = pages(&lake);
+    assert_links_resolve(&pages);
+    assert_tables_are_whole(&pages);
+    assert!(
+        pages["README.md"].contains("A smoke run")
+            && pages["ezgkf/README.md"].contains("A smoke run")
+    );
+    assert!(
+        pages["README.md"]
+            .contains("Not in this lake, `zonobench reproduce-all` makes them:\n\n- box:")
+    );
+    assert!(pages["ezgkf/README.md"].contains("Not drawn: it shows k = 120 to 180"));
+    assert!(!pages.contains_key("box/README.md") && !pages.contains_key("ezgkf/fig-1.svg"));
+    assert!(!pages["README.md"].contains("## Findings"));
+}
+
+#[test]
+fn an_experiment_of_ones_own_has_a_page_with_its_scores() {
+    let lake = own(OWN);
+    let pages = pages(&lake);
+    assert_eq!(
+        pages.keys().collect::<Vec<_>>(),
+        ["README.md", "mine/README.md"]
+    );
+    assert_links_resolve(&pages);
+    assert_tables_are_whole(&pages);
+    let page = &pages["mine/README.md"];
+    assert!(page.contains("Seed 7."), "{page}");
+    assert!(page.contains("| bx | rmse | x1 |  | 3 | "), "{page}");
+}
+
+#[test]
+fn times_are_those_recorded_and_no_others() {
+    let without = &pages(&LAKE)["ezgkf/README.md"];
+    assert!(
+        without.contains("| Table III, T^CPU, EZGKF | 1.6 ms | not recorded |"),
+        "{without}"
+    );
+    let time = |estimator: &str, median_step_us| RecordedTime {
+        paper: "ezgkf".to_owned(),
+        experiment: "lpv".to_owned(),
+        estimator: estimator.to_owned(),
+        median_step_us,
+        processor: "Model 7".to_owned(),
+    };
+    let times = vec![
+        time("ezgkp", 200.0),
+        time("ezgkf", 250.0),
+        time("ezgkf-m", 50.0),
+    ];
+    let with = &with_times(&LAKE, times)["ezgkf/README.md"];
+    assert!(
+        with.contains("| Table III, T^CPU, EZGKF | 1.6 ms | 250 µs |"),
+        "{with}"
+    );
+    assert!(
+        with.contains("| Table III, T^CPU, EZGKF-M · change | 25 % | 0.25 of the time of ezgkp |"),
+        "{with}"
+    );
+    assert!(with.contains(", on Model 7."));
+}
+
+fn html(lake: &TempDir) -> String {
+    let source = Source::open(lake.path()).unwrap();
+    html::render(
+        lake.path(),
+        &source,
+        &drawn(&source).unwrap(),
+        &Recordings::default(),
+    )
+    .unwrap()
+}
+
+/// What stands between `start` and `end`, each time.
+fn between<'a>(text: &'a str, start: &str, end: &str) -> Vec<&'a str> {
+    let rest = text.split(start).skip(1);
+    rest.filter_map(|r| r.split_once(end))
+        .map(|(inside, _)| inside)
+        .collect()
+}
+
+#[test]
+fn the_html_page_is_whole_and_needs_no_other_file() {
+    let page = html(&LAKE);
+    assert!(page.len() < 5_000_000, "{} bytes", page.len());
+    let places = between(&page, " id=\"", "\"");
+    for target in between(&page, "href=\"#", "\"") {
+        let found = places.iter().filter(|place| **place == target).count();
+        assert_eq!(found, 1, "{target} is a place once");
+    }
+    for loading in [
+        "src=\"",
+        "<link rel=\"style",
+        "@import",
+        "url(",
+        "<script src",
+    ] {
+        assert!(!page.contains(loading), "{loading}");
+    }
+    // The figures are those of the Markdown pages; counts have a chart a sweep here, and one a claim there.
+    for (name, svg) in pages(&LAKE)
+        .iter()
+        .filter(|(name, _)| name.ends_with(".svg") && !name.contains("/count-"))
+    {
+        assert!(page.contains(svg.as_str()), "{name}");
+    }
+    let here = LAKE.path().to_str().unwrap();
+    assert!(!page.contains(here));
+    assert!(page.contains("Missing: this lake holds no times."));
+}
+
+#[test]
+fn every_cell_of_the_lake_stands_on_the_html_page() {
+    let page = html(&LAKE);
+    for paper in ["box", "ezgkf"] {
+        let section = between(&page, &format!("id=\"paper-{paper}\""), "</section>")[0];
+        let findings = between(&page, "id=\"findings\"", "</section>")[0];
+        for c in tables::comparisons(LAKE.path(), paper).unwrap() {
+            let row = html::markup::label(&c.row);
+            let verdict = format!("</span> {}</span>", c.verdict.replace('_', " "));
+            let found = section.lines().any(|line| {
+                line.contains(&row)
+                    && line.contains(&verdict)
+                    && c.reproduced
+                        .is_none_or(|x| line.contains(&format!("data-exact=\"{x}\"")))
+            });
+            assert!(found, "{paper}: {c:?}");
+            if is_as_written(&c) && tables::is_finding(&c.verdict) {
+                assert!(
+                    findings.contains(&format!("<b>{row}</b>")),
+                    "{row} is no finding"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn an_html_page_of_other_lakes_says_what_it_has() {
+    let page = html(&own(OWN));
+    assert!(page.contains("This lake holds no published paper"));
+    for sweep in ["claims", "attack", "complexity"] {
+        assert!(page.contains(&format!("The table <code>{sweep}</code>: not in this lake")));
+    }
+    assert!(page.contains("<th scope=\"row\">bx</th><td>rmse</td><td>x1</td>"));
+    let page = html(&published(&["ezgkf"], Scale::Quick, false));
+    assert!(page.contains("A smoke run") && page.contains("Not drawn: it shows k = 120 to 180"));
+}
+
+#[test]
+fn pages_are_written_once_and_other_files_left_alone() {
+    let lake = own(OWN);
+    let out = tempfile::tempdir().unwrap();
+    std::fs::write(out.path().join("notes.md"), "mine").unwrap();
+    assert_eq!(write(lake.path(), out.path()).unwrap(), 3);
+    let page = out.path().join("mine/README.md");
+    let before = std::fs::metadata(&page).unwrap().modified().unwrap();
+    assert_eq!(write(lake.path(), out.path()).unwrap(), 3);
+    assert_eq!(
+        std::fs::metadata(&page).unwrap().modified().unwrap(),
+        before
+    );
+    assert_eq!(std::fs::read(out.path().join("notes.md")).unwrap(), b"mine");
+    assert!(
+        write(out.path(), out.path()).is_err(),
+        "a folder without a manifest is no lake"
+    );
+}
