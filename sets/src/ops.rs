@@ -81,6 +81,10 @@ pub struct Counts {
     pub pivots: u64,
     /// Variables that went to their other bound without a pivot.
     pub flips: u64,
+    /// Linear programs in which the simplex gave up before its optimum.
+    pub unfinished: u64,
+    /// Linear programs given to the interior-point solver besides; its bits may depend on the processor.
+    pub fallbacks: u64,
     /// Constraints eliminated.
     pub eliminations: u64,
     /// Σ N_d (N_d + rows)³ over the linear programs.
@@ -106,6 +110,8 @@ impl AddAssign for Counts {
         self.programs += other.programs;
         self.pivots += other.pivots;
         self.flips += other.flips;
+        self.unfinished += other.unfinished;
+        self.fallbacks += other.fallbacks;
         self.eliminations += other.eliminations;
         self.program_model += other.program_model;
         self.elimination_model += other.elimination_model;
@@ -378,6 +384,22 @@ pub(crate) fn pivot(flips: usize) {
             c.pivots += 1;
             c.flips += flips as u64;
         });
+    }
+}
+
+/// The simplex gave up.
+#[inline(always)]
+pub(crate) fn unfinished() {
+    if on() {
+        add(|c| c.unfinished += 1);
+    }
+}
+
+/// The interior-point solver is asked.
+#[inline(always)]
+pub(crate) fn fallback() {
+    if on() {
+        add(|c| c.fallbacks += 1);
     }
 }
 

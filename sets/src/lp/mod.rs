@@ -201,6 +201,7 @@ impl LinearProgram {
         let optimal = outcome == Outcome::Optimal && self.simplex.complete();
         if !optimal {
             self.work.unfinished += 1;
+            ops::unfinished();
             upper = upper.min(self.fallback()?);
         }
         Ok(Maximum {
@@ -217,7 +218,7 @@ impl LinearProgram {
         }
         self.simplex.aim(&self.direction);
         loop {
-            let (outcome, pivots) = self.simplex.run(tolerance);
+            let (outcome, pivots) = self.simplex.run(&self.direction, tolerance);
             self.work.pivots += pivots;
             let Outcome::Infeasible { row } = outcome else {
                 return outcome;
@@ -234,6 +235,7 @@ impl LinearProgram {
     /// The bound by the interior-point solver's multipliers for the present direction, +∞ if it fails.
     fn fallback(&mut self) -> Result<f64, SetError> {
         self.work.fallbacks += 1;
+        ops::fallback();
         let Some(opinion) = second_opinion::consult(&self.program, &self.direction) else {
             return Ok(f64::INFINITY);
         };
@@ -336,6 +338,7 @@ impl LinearProgram {
             decided => return decided,
         };
         self.work.fallbacks += 1;
+        ops::fallback();
         if let Some(opinion) = second_opinion::consult(&self.program, &self.direction) {
             if opinion.infeasible
                 && self
@@ -385,7 +388,10 @@ impl LinearProgram {
             if self.proved_empty {
                 return Emptiness::Empty;
             }
-            self.work.unfinished += u64::from(outcome != Outcome::Optimal);
+            if outcome != Outcome::Optimal {
+                self.work.unfinished += 1;
+                ops::unfinished();
+            }
             self.simplex.point(&mut self.point);
             for _ in 0..3 {
                 let missing = self

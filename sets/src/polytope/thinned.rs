@@ -23,8 +23,9 @@ pub struct FacetBound {
 
 impl Polytope {
     /// As [`Polytope::enclosing_with`], but where the set has more than `bound.most` slabs that are not along an axis,
-    /// or so many vertices that the sweep has gone astray, its polytope has the `bound.kept` that cut most
-    /// ([`Polytope::thinned`]); vertices and volume are then that polytope's, rounded.
+    /// its polytope has the `bound.kept` that cut most ([`Polytope::thinned`]). Where the sweep finds so many
+    /// vertices, or such a volume, that it has gone astray, vertices and volume are those of the box that is cut by
+    /// the slabs, rounded.
     ///
     /// `known` is a polytope that holds the set and has all its facets among its slabs, where there is one. The hull is
     /// the smallest in any case. Fails as [`Polytope::enclosing_with`].
@@ -58,11 +59,11 @@ impl Polytope {
                 all.with_vertices_of(&body)
             });
         }
-        let all = match known {
-            Some(known) => Self::new(all.hull, known.slabs.clone())?,
-            None => all,
-        };
-        Ok(all.cut_down(bound.kept))
+        // Of the known slabs few enough cut at all; what was asked for on the way astray may be anything.
+        Ok(match known {
+            Some(known) => Self::new(all.hull, known.slabs.clone())?.cut_down(bound.most),
+            None => all.cut_down(bound.kept),
+        })
     }
 
     /// As [`Polytope::simplified`], within `bound`: see [`Polytope::enclosing_at_most`].

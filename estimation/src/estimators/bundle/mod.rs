@@ -78,7 +78,7 @@ pub struct PolytopeFilterSettings {
 const FACETS: usize = 32;
 
 /// A predicted set may have this many times as many: the next measurement takes most of them off again.
-const WITHIN_A_STEP: usize = 4;
+const WITHIN_A_STEP: usize = 6;
 
 /// The bound on facets that `settings` ask for.
 ///
