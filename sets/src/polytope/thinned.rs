@@ -114,7 +114,7 @@ impl Polytope {
 
     /// The number of slabs that are not along an axis.
     fn inclined(&self) -> usize {
-        self.slabs.iter().filter(|s| s.axis().is_none()).count()
+        self.slabs.iter().filter(|s| s.side().is_none()).count()
     }
 }
 
@@ -134,7 +134,7 @@ fn deepest(hull: &IntervalVector, slabs: &[Slab], most: usize) -> (Vec<usize>, C
     let candidates: Vec<(usize, Cut)> = slabs
         .iter()
         .enumerate()
-        .filter(|(_, slab)| slab.axis().is_none())
+        .filter(|(_, slab)| slab.side().is_none())
         .map(|(i, slab)| (i, left.cut_of(slab)))
         .collect();
     // An upper bound on the depth of each, and for how many slabs taken it is the depth.
