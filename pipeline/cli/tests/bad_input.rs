@@ -199,7 +199,7 @@ fn a_wrong_experiment_is_refused_at_its_line() {
         ),
         (
             "phi = 20",
-            "phi = 20\ngain = \"optmial\"",
+            "gain = \"optmial\"\nphi = 20",
             "phi",
             &[
                 "expected \"optimal\" or \"unsquared\", got \"optmial\"",

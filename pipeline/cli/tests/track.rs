@@ -506,7 +506,11 @@ fn an_estimator_that_fails_takes_nothing_from_the_others() {
         let expected = [(0, "ok"), (1, "ok"), (2, last)].map(|(k, s)| (k, s.to_owned()));
         assert_eq!(written.statuses(estimator), expected, "{estimator}");
         let [center, ..] = written.estimate(estimator, 1, "updated");
-        assert_eq!(center, [Some(0.5)], "{estimator}");
+        // The box is rounded outward.
+        assert!(
+            center[0].is_some_and(|c| (c - 0.5).abs() < 1e-12),
+            "{estimator}: {center:?}"
+        );
     }
 }
 

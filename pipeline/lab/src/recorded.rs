@@ -114,7 +114,7 @@ pub fn read(
     if head == PARQUET {
         let opened = seekable(opened, &head)
             .map_err(unreadable)?
-            .ok_or_else(|| BadInput::file(&file, too_large()))?;
+            .ok_or_else(|| BadInput::file(&file, too_large(MOST_BYTES)))?;
         read_parquet(&file, opened, rows, prefix)
     } else if parquet {
         let got = match head.is_empty() {
@@ -127,15 +127,21 @@ pub fn read(
         let fault = format!("expected a Parquet file, which begins with \"PAR1\", got {got}");
         Err(BadInput::file(&file, fault))
     } else {
-        parse_csv(&file, Cursor::new(head).chain(opened), rows, prefix)
+        parse_csv(
+            &file,
+            Cursor::new(head).chain(opened),
+            MOST_BYTES,
+            rows,
+            prefix,
+        )
     }
 }
 
 /// What a Parquet file begins with.
 const PARQUET: &[u8] = b"PAR1";
 
-fn too_large() -> String {
-    format!("expected at most {MOST_BYTES} bytes, got more")
+fn too_large(most: u64) -> String {
+    format!("expected at most {most} bytes, got more")
 }
 
 /// `file` where it can be read from any place; a copy of it where it is a pipe, of which `head` was read, and
@@ -364,14 +370,17 @@ struct Lines<R> {
     line: Vec<u8>,
     number: usize,
     read: u64,
+    /// The most bytes that are read.
+    most: u64,
     /// The last line ended with CR: an LF that follows belongs to it.
     after_cr: bool,
 }
 
 impl<R: BufRead> Lines<R> {
-    fn new(reader: R) -> Self {
+    fn new(reader: R, most: u64) -> Self {
         Self {
             reader,
+            most,
             line: Vec::new(),
             number: 0,
             read: 0,
@@ -409,12 +418,13 @@ impl<R: BufRead> Lines<R> {
             self.read += used as u64;
             if !fits {
                 let fault = format!(
-                    "expected at most {LONGEST_LINE} bytes in a line ({MOST_BYTES} in the file), got more"
+                    "expected at most {LONGEST_LINE} bytes in a line ({} in the file), got more",
+                    self.most
                 );
                 return Err((Some(self.number + 1), fault));
             }
-            if self.read > MOST_BYTES {
-                return Err((None, too_large()));
+            if self.read > self.most {
+                return Err((None, too_large(self.most)));
             }
             if end.is_some() {
                 self.number += 1;
@@ -427,10 +437,11 @@ impl<R: BufRead> Lines<R> {
 fn parse_csv(
     file: &str,
     bytes: impl Read,
+    most: u64,
     mut rows: Rows,
     prefix: &str,
 ) -> Result<Recording, BadInput> {
-    let mut lines = Lines::new(BufReader::with_capacity(1 << 16, bytes));
+    let mut lines = Lines::new(BufReader::with_capacity(1 << 16, bytes), most);
     let mut columns: Option<(Columns, Vec<String>)> = None;
     loop {
         let next = lines.next().map_err(|(line, fault)| match line {
@@ -767,7 +778,13 @@ mod tests {
     use std::sync::Arc;
 
     fn bytes(bytes: &[u8]) -> Result<Recording, BadInput> {
-        parse_csv("y.csv", bytes, Rows::new(&["d1", "phi1"], LONGEST_GAP), "y")
+        parse_csv(
+            "y.csv",
+            bytes,
+            MOST_BYTES,
+            Rows::new(&["d1", "phi1"], LONGEST_GAP),
+            "y",
+        )
     }
 
     fn csv(text: &str) -> Result<Recording, BadInput> {
@@ -1058,7 +1075,7 @@ mod tests {
         // A line end that two reads tear apart is one.
         for size in 1..12 {
             let text: &[u8] = b"k,d1\r\n0,1\r\n\r\n1,x\r";
-            let mut lines = Lines::new(BufReader::with_capacity(size, text));
+            let mut lines = Lines::new(BufReader::with_capacity(size, text), MOST_BYTES);
             let mut found = Vec::new();
             while let Some((line, text)) = lines.next().unwrap() {
                 found.push((line, String::from_utf8(text.to_vec()).unwrap()));
@@ -1123,10 +1140,11 @@ mod tests {
                 Ok(n * self.0.len())
             }
         }
-        let fault = parse_csv("-", Endless(b"# nothing\n".to_vec()), rows, "y").unwrap_err();
+        let fault =
+            parse_csv("-", Endless(b"# nothing\n".to_vec()), 1 << 20, rows, "y").unwrap_err();
         assert_eq!(
             fault.to_string(),
-            "-: expected at most 1073741824 bytes, got more"
+            "-: expected at most 1048576 bytes, got more"
         );
     }
 
@@ -1139,7 +1157,7 @@ mod tests {
              100002 (each of them is predicted; --longest-gap 100001 allows it)"
         );
         let rows = Rows::new(&["d1", "phi1"], 100_001);
-        let recording = parse_csv("y.csv", text.as_bytes(), rows, "y").unwrap();
+        let recording = parse_csv("y.csv", text.as_bytes(), MOST_BYTES, rows, "y").unwrap();
         assert_eq!((recording.last(), recording.steps.len()), (100_002, 2));
         assert_eq!(recording.row(5), None);
         assert_eq!(recording.row(100_002), Some(&[Some(1.0), Some(2.0)][..]));

@@ -116,8 +116,8 @@ struct Snippet {
     line: usize,
     /// The line with which `text` begins.
     first: usize,
-    /// Characters that were cut off before the marked line's part.
-    cut: usize,
+    /// The column of the mark in its line, counted from 0.
+    column: usize,
 }
 
 impl Snippet {
@@ -157,7 +157,7 @@ impl Snippet {
             marked: (mark, length).into(),
             line,
             first: line - usize::from(begin > 0),
-            cut,
+            column: before,
         }
     }
 }
@@ -170,14 +170,17 @@ impl SourceCode for Snippet {
         lines_after: usize,
     ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
         let part = self.text.read_span(span, lines_before, lines_after)?;
-        // Without lines before, what is asked for is the place itself.
-        let cut = if lines_before == 0 { self.cut } else { 0 };
+        // Without lines before, what is asked for is the place itself: the text may begin in the middle of its line.
+        let column = match lines_before {
+            0 => self.column,
+            _ => part.column(),
+        };
         Ok(Box::new(MietteSpanContents::new_named(
             self.file.clone(),
             part.data(),
             *part.span(),
             self.first + part.line(),
-            cut + part.column(),
+            column,
             part.line_count(),
         )))
     }

@@ -175,7 +175,7 @@ fn a_wrong_type_is_refused_at_its_line() {
     );
     assert_eq!(
         refused("steps = 100", "steps = 1.5"),
-        "x.toml:6: steps: expected an integer from 1 to 1000000, got 1.5"
+        "x.toml:6: steps: expected an integer from 1 to 1000000, got 1.5 (a float)"
     );
     assert_eq!(
         refused("seed = 2020", "seed = -1"),
@@ -244,7 +244,7 @@ fn wrong_shapes_are_refused() {
             "covariance = [[10.0, 0.0], [0.0, 10.0]]",
             "covariance = [10.0, 10.0]"
         ),
-        "x.toml:15: prior.covariance[1]: expected an array of 2 numbers, got 10"
+        "x.toml:15: prior.covariance[1]: expected an array of 2 numbers, got 10.0"
     );
     assert_eq!(
         refused("x0 = [5.0, 5.0]", "x0 = [5.0]"),
