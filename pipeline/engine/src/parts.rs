@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
+use zonobench_estimation::track::Data as _;
 use zonobench_estimation::{AnyEstimator, Estimator};
 use zonobench_lab::stage::{Experiment, Recordings};
 use zonobench_lake::error::Error;
@@ -58,16 +59,13 @@ fn measured(
     recordings: &Recordings,
 ) -> Result<Shares, Error> {
     let spec = &experiment.estimators[index];
-    let failed = |source| Error::Estimation {
+    let failed = |source| Error::Estimator {
         experiment: experiment.name(),
         estimator: spec.id.clone(),
-        run: 0,
         source: Box::new(source),
     };
     let estimator = AnyEstimator::new(&spec.settings, &spec.problem).map_err(failed)?;
-    let (u, y) = (&recordings.u[0], &recordings.y[0]);
-    let none: &[f64] = &[];
-    let input = |k: usize| u.get(k).map_or(none, Vec::as_slice);
+    let run = recordings.run(0);
     let mut spent: BTreeMap<Phase, f64> = Phase::ALL.map(|phase| (phase, 0.0)).into();
     let mut whole = 0.0;
     // Runs one call; what of it is reduction counts as that too.
@@ -83,7 +81,7 @@ fn measured(
     };
     let begun = Instant::now();
     let mut belief = estimator.prior();
-    for (k, y) in y.iter().enumerate().take(experiment.steps + 1) {
+    for k in 0..=experiment.steps.min(recordings.last()) {
         if k > LEAST && begun.elapsed() > BUDGET {
             break;
         }
@@ -95,14 +93,14 @@ fn measured(
             let Ok(reduced) = next else { break };
             next = Ok(reduced.clone());
             time(Phase::Predict, &mut || {
-                next = estimator.predict(k, &reduced, input(k - 1))
+                next = estimator.predict(k, &reduced, run.input(k - 1))
             });
         }
         let Ok(predicted) = next else { break };
         if k > 0 || estimator.uses_first_measurement() {
             let mut updated = Ok(predicted.clone());
             time(Phase::Update, &mut || {
-                updated = estimator.update(k, &predicted, input(k), y)
+                updated = estimator.update(k, &predicted, run.input(k), run.measurement(k))
             });
             // A contradiction ends the run, as everywhere.
             let Ok(updated) = updated else { break };
