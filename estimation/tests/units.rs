@@ -88,7 +88,7 @@ impl Units {
             (0..n)
                 .map(|_| {
                     let e = 10 + draws.below(31) as i32;
-                    2f64.powi(if draws.chance(0.5) { e } else { -e })
+                    libm::scalbn(1.0, if draws.chance(0.5) { e } else { -e })
                 })
                 .collect()
         };
@@ -437,7 +437,7 @@ fn no_vehicle_filter_depends_on_the_unit_of_length() {
         }
     };
     for e in [-40, -10, 10, 40] {
-        let s = 2f64.powi(e);
+        let s = libm::scalbn(1.0, e);
         let units = Units {
             x: vec![1.0, s, s],
             y: vec![s, s],

@@ -134,7 +134,7 @@ fn moved(x: f64, unit: f64, slip: &mut f64) -> f64 {
 }
 
 /// ⌈x · `unit`⌉ for x ≥ 0.
-fn moved_up(x: f64, unit: f64, slip: f64) -> f64 {
+pub(crate) fn moved_up(x: f64, unit: f64, slip: f64) -> f64 {
     let mut more = slip;
     let y = moved(x, unit, &mut more);
     if more == 0.0 { y } else { up(y + more, 1) }

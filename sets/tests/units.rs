@@ -49,8 +49,8 @@ impl Draws {
             let e = (self.bits() % 32) as i32 + 10;
             match self.bits() % 5 {
                 0 => 1.0,
-                1 | 2 => 2f64.powi(e.min(40)),
-                _ => 2f64.powi(-e.min(40)),
+                1 | 2 => libm::scalbn(1.0, e.min(40)),
+                _ => libm::scalbn(1.0, -e.min(40)),
             }
         };
         (0..n).map(|_| one()).collect()
