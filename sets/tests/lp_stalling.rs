@@ -2,6 +2,8 @@
 //!
 //! Most coefficients of their objectives are 0, or equal, so that most reduced costs are 0.
 
+#![allow(clippy::disallowed_methods)] // powers of two, and the platform's functions in the drawing
+
 mod rational;
 
 use rational::Source;

@@ -1,5 +1,7 @@
 //! Polytopes of a bounded number of facets contain what they stand for, and are as large as they say.
 
+#![allow(clippy::disallowed_methods)] // powers of two and square roots of draws
+
 use zonobench_sets::lp::LinearProgram;
 use zonobench_sets::{
     ConstrainedZonotope, Containment, FacetBound, Interval, IntervalVector, Polytope, Slab,
