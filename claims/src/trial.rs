@@ -292,8 +292,8 @@ mod tests {
             };
             claim.verdict(&claim.outcome())
         };
-        let (loses, holds): (fn(&mut Trial), fn(&mut Trial)) =
-            (|t| t.check(false), |t| t.check(true));
+        let loses: fn(&mut Trial) = |t| t.check(false);
+        let holds: fn(&mut Trial) = |t| t.check(true);
         assert_eq!(of(Class::Stated, loses), Verdict::DoesNotHold);
         assert_eq!(of(Class::Slip, loses), Verdict::Slip);
         assert_eq!(of(Class::Damage, loses), Verdict::Damaged);

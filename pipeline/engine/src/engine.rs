@@ -520,7 +520,7 @@ pub fn write_timing_comparison(
             for row in table::read::<rows::Timing>(&file(artifact, "timings.parquet")?)? {
                 timings
                     .entry((f.experiment.id.clone(), row.estimator.to_string(), None))
-                    .or_insert_with(Vec::new)
+                    .or_default()
                     .push(row.total_ns as f64 / row.steps.max(1) as f64);
             }
         }

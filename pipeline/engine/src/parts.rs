@@ -71,7 +71,7 @@ fn measured(
     // Runs one call; what of it is reduction counts as that too.
     let mut time = |phase: Phase, call: &mut dyn FnMut()| {
         let start = nanoseconds();
-        let stages = clocked(nanoseconds, || call()).1;
+        let stages = clocked(nanoseconds, &mut *call).1;
         let all = (nanoseconds() - start) as f64;
         whole += all;
         *spent.entry(phase).or_default() += all;

@@ -185,6 +185,7 @@ impl Paper {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::published::Comparand;
 
     #[test]
     fn every_paper_is_read() {
@@ -197,5 +198,54 @@ mod tests {
                 paper.name
             );
         }
+    }
+
+    #[test]
+    fn every_claim_of_the_ledger_that_the_paper_makes_has_one_row() {
+        let mut wrong = Vec::new();
+        for paper in load(&[]).unwrap() {
+            for claim in zonobench_claims::all()
+                .iter()
+                .filter(|c| c.paper == paper.name)
+            {
+                let rows = (paper.cells.iter())
+                    .filter(|cell| cell.reading.is_as_written())
+                    .filter(
+                        |cell| matches!(&cell.comparand, Comparand::Claims(id) if id == claim.id),
+                    )
+                    .count();
+                let wanted = usize::from(claim.class != Class::Remark);
+                if rows != wanted {
+                    wrong.push(format!(
+                        "{} {} ({}): {rows} rows, expected {wanted}",
+                        paper.name,
+                        claim.id,
+                        claim.class.name()
+                    ));
+                }
+            }
+        }
+        assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    }
+
+    #[test]
+    fn no_number_is_compared_with_itself() {
+        let mut wrong = Vec::new();
+        for paper in load(&[]).unwrap() {
+            for cell in &paper.cells {
+                if let Comparand::Ratio(pair)
+                | Comparand::Percent(pair)
+                | Comparand::Drop(pair)
+                | Comparand::Wins(pair) = &cell.comparand
+                    && (&pair.over, &pair.over_metric) == (&pair.of.estimator, &pair.of.metric)
+                {
+                    wrong.push(format!(
+                        "{}: {}, {}, {}",
+                        paper.name, cell.table, cell.row, cell.column
+                    ));
+                }
+            }
+        }
+        assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     }
 }
