@@ -36,7 +36,7 @@ impl Draws {
     /// Some entries are 0 and some columns parallel to an axis, as in the sets of filters.
     fn matrix(&mut self, n: usize, p: usize) -> Matrix {
         Matrix::from_fn(n, p, |_, _| {
-            if self.bits() % 4 == 0 {
+            if self.bits().is_multiple_of(4) {
                 0.0
             } else {
                 self.signed()
@@ -117,7 +117,7 @@ fn in_units(z: &Zonotope, units: &[f64]) -> Zonotope {
 
 /// The zonotope, sometimes with a rounding box.
 fn zonotope(draws: &mut Draws, n: usize, p: usize) -> Zonotope {
-    let r = if draws.bits() % 2 == 0 { 0.0 } else { 0.125 };
+    let r = if draws.bits().is_multiple_of(2) { 0.0 } else { 0.125 };
     Zonotope::with_rounding(draws.vector(n), draws.matrix(n, p), vec![r; n]).unwrap()
 }
 
