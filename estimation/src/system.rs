@@ -4,8 +4,11 @@
 //! a closed family, [`AnySystem`]: one file each under `systems/`, one line each below.
 
 use crate::EstimationError;
-use crate::systems::{Linear, Lpv, Quadrotor, Raimondo, Unicycle, VanDerPol, VehicleSe2};
+use crate::systems::{
+    Equations, Linear, Lpv, Quadrotor, Raimondo, Unicycle, VanDerPol, VehicleSe2,
+};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use zonobench_sets::number::Real;
 use zonobench_sets::{Interval, IntervalVector, Matrix};
 
@@ -15,15 +18,15 @@ pub struct Variable {
     /// The name, unique within its vector.
     pub name: String,
     /// The UCUM code of the unit: "1", "m", "rad", …
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
 }
 
 impl Variable {
     /// `name` in `unit`.
-    pub fn new(name: impl Into<String>, unit: &'static str) -> Self {
+    pub fn new(name: impl Into<String>, unit: impl Into<Cow<'static, str>>) -> Self {
         Self {
             name: name.into(),
-            unit,
+            unit: unit.into(),
         }
     }
 
@@ -126,7 +129,7 @@ macro_rules! systems {
 }
 
 systems!(
-    Linear, Lpv, VanDerPol, Raimondo, VehicleSe2, Quadrotor, Unicycle
+    Linear, Lpv, VanDerPol, Raimondo, VehicleSe2, Quadrotor, Unicycle, Equations
 );
 
 impl AnySystem {
@@ -140,6 +143,7 @@ impl AnySystem {
             Self::VehicleSe2(_) => "vehicle-se2",
             Self::Quadrotor(_) => "quadrotor",
             Self::Unicycle(_) => "unicycle",
+            Self::Equations(_) => "equations",
         }
     }
 
@@ -158,6 +162,7 @@ impl AnySystem {
             Self::VehicleSe2(s) => Some(s.dt),
             Self::Quadrotor(s) => Some(s.dt),
             Self::Unicycle(s) => Some(s.t0),
+            Self::Equations(s) => s.period(),
             _ => None,
         }
     }
@@ -186,6 +191,15 @@ impl AnySystem {
     pub fn linear_parts(&self) -> Option<LinearParts> {
         match self {
             Self::Linear(s) => Some(s.parts()),
+            Self::Equations(s) => s.linear_parts(),
+            _ => None,
+        }
+    }
+
+    /// C and D_v of a measurement y = C x + D u + D_v v, of a system that knows that it is one.
+    pub fn linear_output(&self) -> Option<(Matrix, Matrix)> {
+        match self {
+            Self::Equations(s) => s.linear_output(),
             _ => None,
         }
     }
@@ -200,6 +214,7 @@ impl AnySystem {
                     format!("4 + x1 may be 0: the set reaches over [{lo}, {hi}]")
                 })
             }
+            Self::Equations(s) => s.domain_fault(x),
             Self::Unicycle(s) => s.reached(x).map(|(i, a)| {
                 format!(
                     "the set reaches the abscissa of landmark {}: its distance ahead is in [{}, {}], and the \
@@ -223,6 +238,7 @@ impl AnySystem {
             Self::VehicleSe2(_) => None,
             Self::Quadrotor(_) => None,
             Self::Unicycle(_) => None,
+            Self::Equations(s) => s.as_linear().map(|s| s as &dyn QuasiLpv),
         }
     }
 }

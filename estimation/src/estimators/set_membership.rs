@@ -90,8 +90,12 @@ impl Model {
         if problem.system.n_delta() > 0 {
             return Err(unsupported("it knows no parameters δ"));
         }
-        let (c, d_v) = match problem.system.quasi_lpv() {
-            Some(form) => (form.output_matrix(), Matrix::identity(n_y)),
+        let known = match problem.system.quasi_lpv() {
+            Some(form) => Some((form.output_matrix(), Matrix::identity(n_y))),
+            None => problem.system.linear_output(),
+        };
+        let (c, d_v) = match known {
+            Some(known) => known,
             None => {
                 let output = Output {
                     system: &problem.system,
@@ -103,10 +107,11 @@ impl Model {
                 };
                 // A linear function has the same derivative over any box: points, not intervals.
                 let anywhere = IntervalVector::new(List::filled(Interval::UNIT, n + n_v));
-                let (_, j) = jacobian_over(&output, &anywhere)
-                    .map_err(EstimationError::at(0, "measurement equation"))?;
+                // One that is not defined everywhere is not linear either.
+                let nonlinear = || unsupported("it needs a measurement linear in x and v");
+                let (_, j) = jacobian_over(&output, &anywhere).map_err(|_| nonlinear())?;
                 if j.as_slice().iter().any(|e| !e.is_point()) {
-                    return Err(unsupported("it needs a measurement linear in x and v"));
+                    return Err(nonlinear());
                 }
                 let columns = |from: usize, to: usize| {
                     j.select_columns(&(from..to).collect::<List<_>>()).mid()

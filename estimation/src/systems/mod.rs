@@ -1,5 +1,6 @@
 //! The systems, one a file.
 
+pub mod equations;
 mod linear;
 mod lpv;
 mod quadrotor;
@@ -8,6 +9,7 @@ mod unicycle;
 mod van_der_pol;
 pub(crate) mod vehicle_se2;
 
+pub use equations::Equations;
 pub use linear::Linear;
 pub use lpv::Lpv;
 pub use quadrotor::Quadrotor;

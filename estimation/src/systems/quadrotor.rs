@@ -132,7 +132,7 @@ impl System for Quadrotor {
             MEASURED
                 .iter()
                 .enumerate()
-                .map(|(at, &i)| Variable::new(format!("{prefix}{}", at + 1), x[i].unit))
+                .map(|(at, &i)| Variable::new(format!("{prefix}{}", at + 1), x[i].unit.clone()))
                 .collect()
         };
         Variables {

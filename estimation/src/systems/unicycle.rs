@@ -94,7 +94,7 @@ impl System for Unicycle {
         });
         let y: Vec<Variable> = y.collect();
         let v = y.iter().enumerate();
-        let v = v.map(|(i, y)| Variable::new(format!("v{}", i + 1), y.unit));
+        let v = v.map(|(i, y)| Variable::new(format!("v{}", i + 1), y.unit.clone()));
         Variables {
             x: vec![
                 Variable::new("sx", "m"),

@@ -5,10 +5,12 @@
 //! be known to be wrong is found here, before anything runs: the estimators are made once, so that a
 //! setting out of range or an unobservable pair is shown at its line.
 
+mod equations;
 pub mod metric;
 mod parts;
 mod reader;
 mod tree;
+mod unit;
 mod variants;
 
 use crate::recorded;

@@ -23,6 +23,7 @@ const SYSTEM_KEYS: &[(&str, &[&str])] = &[
     ("vehicle-se2", &["dt", "form"]),
     ("quadrotor", &["m", "l", "ixx", "iyy", "izz", "g", "dt"]),
     ("unicycle", &["t0", "phi_omega", "phi_theta", "landmarks"]),
+    ("equations", super::equations::KEYS),
 ];
 
 const SET_KEYS: &[&str] = &["box", "center", "generators", "constraints"];
@@ -48,6 +49,9 @@ pub fn system(field: &Field) -> Result<AnySystem, BadInput> {
             .map(|field| field.matrix(rows, columns))
             .transpose()
     };
+    if kind == "equations" {
+        return super::equations::system(&table);
+    }
     let rows = "the rows of a matrix";
     let made = match kind {
         "linear" => {

@@ -135,6 +135,18 @@ impl<'a> Table<'a> {
         self.node.entries().iter().map(|entry| entry.key.as_str())
     }
 
+    /// The keys that are there with their values, in order.
+    pub fn fields(&self) -> impl Iterator<Item = (&'a str, Field<'a>)> {
+        self.node.entries().iter().map(|entry| {
+            let field = Field {
+                source: self.source,
+                path: self.at(&entry.key),
+                node: &entry.node,
+            };
+            (entry.key.as_str(), field)
+        })
+    }
+
     /// The same table under another path in messages: `estimator.czmv` for `estimator[2]`.
     pub fn renamed(self, path: String) -> Self {
         Self { path, ..self }
@@ -171,6 +183,20 @@ impl<'a> Field<'a> {
     pub fn fault(&self, fault: impl std::fmt::Display) -> BadInput {
         self.source
             .fault(&self.node.span, format!("{}: {fault}", self.path))
+    }
+
+    /// A fault in the bytes `range` of this string, or at the whole of it where it stands in the file in another form.
+    pub fn fault_within(&self, range: Range<usize>, fault: impl std::fmt::Display) -> BadInput {
+        let whole = &self.node.span;
+        let place = match (&self.node.value, self.source.text.get(whole.clone())) {
+            (Value::String(text), Some(written)) => written.find(text.as_str()).map(|offset| {
+                let start = whole.start + offset;
+                start + range.start..start + range.end.max(range.start + 1).min(text.len().max(1))
+            }),
+            _ => None,
+        };
+        let place = place.unwrap_or_else(|| whole.clone());
+        self.source.fault(&place, format!("{}: {fault}", self.path))
     }
 
     /// A string.

@@ -489,7 +489,7 @@ pub fn variables(problem: &Problem) -> Vec<rows::Variable> {
             role: role.into(),
             position: i as i32,
             component: variable.name.as_str().into(),
-            unit: variable.unit.into(),
+            unit: (&*variable.unit).into(),
         }));
     }
     out

@@ -149,7 +149,7 @@ pub fn make(
         names: variables
             .x
             .iter()
-            .map(|v| (v.name.clone(), v.unit.to_owned()))
+            .map(|v| (v.name.clone(), v.unit.to_string()))
             .collect(),
         dt_s: experiment.problem.system.period().unwrap_or(1.0),
         metadata: described,
