@@ -206,6 +206,11 @@ impl Equations {
         self.0.linear.as_ref()
     }
 
+    /// Whether the measurement names an input.
+    pub fn measures_input(&self) -> bool {
+        self.0.output.reads_input()
+    }
+
     /// C and D_v of a measurement y = C x + D u + D_v v whose coefficients are f64s exactly.
     pub fn linear_output(&self) -> Option<(Matrix, Matrix)> {
         let Source { x, y, v, .. } = &self.0.source;
