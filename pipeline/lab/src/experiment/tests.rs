@@ -191,7 +191,7 @@ fn a_wrong_type_is_refused_at_its_line() {
     );
     assert_eq!(
         refused("eta = 0.5", "eta = true"),
-        "x.toml:34: estimator.mixed.eta: expected a number, got boolean \"true\""
+        "x.toml:34: estimator.mixed.eta: expected a number, got true"
     );
     assert_eq!(
         refused("phi = 20", "gain = \"best\"\nphi = 20"),
