@@ -270,6 +270,25 @@ pub(crate) fn plus_row_times<S: Real>(sum: S, row: &[f64], u: &[f64]) -> S {
 mod tests {
     use super::*;
     use crate::systems::Form;
+    use crate::systems::equations::{Motion, Source};
+
+    /// x⁺ = sin(x) + u, y = `output`.
+    fn equations(output: &str) -> AnySystem {
+        let named = |name: &str| vec![(name.to_owned(), "1".to_owned())];
+        let source = Source {
+            x: named("x1"),
+            u: named("u1"),
+            w: Vec::new(),
+            y: named("y1"),
+            v: Vec::new(),
+            parameters: Vec::new(),
+            definitions: Vec::new(),
+            motion: Motion::Next(vec![("x1".to_owned(), "sin(x1) + u1".to_owned())]),
+            output: vec![("y1".to_owned(), output.to_owned())],
+            period: None,
+        };
+        AnySystem::Equations(Equations::new(source).unwrap())
+    }
 
     #[test]
     fn a_system_that_does_not_measure_its_input_has_the_same_output_for_any() {
@@ -291,6 +310,9 @@ mod tests {
             AnySystem::VehicleSe2(VehicleSe2::new(0.1, Form::default()).unwrap()),
             AnySystem::Quadrotor(Quadrotor::new(1.0, 0.2, [0.1, 0.1, 0.2], 9.81, 0.01).unwrap()),
             AnySystem::Unicycle(Unicycle::new(1.0, 0.3, 0.1, vec![[5.0, 15.0]]).unwrap()),
+            equations("x1 * x1"),
+            equations("x1 * x1 + 3 * u1"),
+            equations("u1"),
         ];
         for system in systems {
             let sizes = system.variables();

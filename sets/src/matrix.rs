@@ -413,7 +413,19 @@ impl Matrix {
         }
         let whole =
             |x: Vec<f64>| -> Vec<i32> { x.iter().map(|x| libm::round(*x) as i32).collect() };
-        let (r, c) = (whole(r), whole(c));
+        let (mut r, mut c) = (whole(r), whole(c));
+        let moved = |i: usize, j: usize, r: i32, c: i32| {
+            let e = exponent([self[(i, j)]].into_iter());
+            (self[(i, j)] != 0.0).then_some(e + r + c)
+        };
+        for (i, r) in r.iter_mut().enumerate() {
+            let largest = (0..self.cols).filter_map(|j| moved(i, j, *r, c[j])).max();
+            *r -= largest.unwrap_or(0);
+        }
+        for (j, c) in c.iter_mut().enumerate() {
+            let largest = (0..self.rows).filter_map(|i| moved(i, j, r[i], *c)).max();
+            *c -= largest.unwrap_or(0);
+        }
         let scaled = Self::from_fn(self.rows, self.cols, |i, j| {
             shifted(self[(i, j)], r[i] + c[j])
         });

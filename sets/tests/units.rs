@@ -117,7 +117,11 @@ fn in_units(z: &Zonotope, units: &[f64]) -> Zonotope {
 
 /// The zonotope, sometimes with a rounding box.
 fn zonotope(draws: &mut Draws, n: usize, p: usize) -> Zonotope {
-    let r = if draws.bits().is_multiple_of(2) { 0.0 } else { 0.125 };
+    let r = if draws.bits().is_multiple_of(2) {
+        0.0
+    } else {
+        0.125
+    };
     Zonotope::with_rounding(draws.vector(n), draws.matrix(n, p), vec![r; n]).unwrap()
 }
 

@@ -1,6 +1,6 @@
 //! A system that is written as equations: x⁺ = next(x, u, w, k), y = output(x, u, v, k), or ẋ = rate(x, u, w, t).
 //!
-//! The texts are read once into tapes ([`tape`]) that evaluate on every number, so that enclosures and derivatives follow from the
+//! The texts are read once into tapes that evaluate on every number, so that enclosures and derivatives follow from the
 //! text alone. What is guaranteed is about the discrete model: with `rate`, about the method's step and not about the
 //! differential equation.
 

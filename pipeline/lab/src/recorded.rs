@@ -120,11 +120,11 @@ pub fn read(
         let got = match head.is_empty() {
             true => "an empty file".to_owned(),
             false => format!(
-                "one that begins with {}",
+                "a file that begins with {}, not with \"PAR1\"",
                 shown(&String::from_utf8_lossy(&head))
             ),
         };
-        let fault = format!("expected a Parquet file, which begins with \"PAR1\", got {got}");
+        let fault = format!("expected a Parquet file, got {got}");
         Err(BadInput::file(&file, fault))
     } else {
         parse_csv(
@@ -1037,7 +1037,7 @@ mod tests {
             read(&path, &["y1"], "y", LONGEST_GAP)
                 .unwrap_err()
                 .to_string()
-                .ends_with("expected a Parquet file, which begins with \"PAR1\", got one that begins with \"k,y1\"")
+                .ends_with("expected a Parquet file, got a file that begins with \"k,y1\", not with \"PAR1\"")
         );
         std::fs::write(&path, "").unwrap();
         assert!(
