@@ -14,7 +14,7 @@ use zonobench_estimation::{
     AnyBelief, AnyEstimator, AnySystem, Belief, EstimationError, Estimator, EstimatorSettings,
     Problem, Uncertain, track,
 };
-use zonobench_sets::{Interval, Matrix, Se2, SetError};
+use zonobench_sets::{Interval, Matrix, Se2};
 
 fn parse(json: &str) -> EstimatorSettings {
     serde_json::from_str(json).unwrap()

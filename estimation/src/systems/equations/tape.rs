@@ -142,18 +142,6 @@ impl Tape {
         }
     }
 
-    /// Whether some operation or output is a component of u.
-    pub fn reads_input(&self) -> bool {
-        let input = |s: &Scalar| matches!(s, Scalar::Input(_));
-        let operation = |op: &Op| match op {
-            Op::Load(s) | Op::AddScalar(_, s) | Op::SubScalar(_, s) => input(s),
-            Op::MulScalar(_, s) | Op::DivScalar(_, s) => input(s),
-            _ => false,
-        };
-        let output = |output: &Output| matches!(output, Value::Scalar(s) if input(s));
-        self.ops.iter().any(operation) || self.outputs.iter().any(output)
-    }
-
     /// Number of operations.
     pub fn len(&self) -> usize {
         self.ops.len()
