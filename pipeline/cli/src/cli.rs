@@ -2,7 +2,7 @@
 
 use clap::{Args, Parser, Subcommand};
 use rayon::prelude::*;
-use std::io::{ErrorKind, IsTerminal as _, Write as _};
+use std::io::{BufWriter, ErrorKind, IsTerminal as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -345,7 +345,8 @@ fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
             Ok(0)
         }
         Command::Query { sql, format, lake } => {
-            print(&query::render(&query::run(&lake.lake, &sql)?, format))?;
+            let mut out = BufWriter::new(std::io::stdout());
+            query::write(&lake.lake, &sql, format, &mut out)?;
             Ok(0)
         }
         Command::Report { lake, out } => {
@@ -691,7 +692,7 @@ fn run_files(
                 "SELECT estimator, metric, component, n_runs, mean, sd FROM scores WHERE paper = '{}' AND experiment = '{}'",
                 e.paper, e.id
             );
-            let scores = query::render(&query::run(lake, &sql)?, query::Format::Table);
+            let scores = query::text(lake, &sql, query::Format::Table)?;
             out += &format!("\n{}\n\n{scores}\n", e.name());
         }
         out += &format!(

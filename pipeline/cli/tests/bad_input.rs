@@ -315,10 +315,14 @@ fn names_that_do_not_exist_are_refused_with_those_that_do() {
     refused(&["explain", "box/nope"]).says(&["no target `box/nope`", "box/scenario-a"]);
     refused(&["explain", "mine/smal", "small.toml"]).says(&["no target `mine/smal`", "mine/small"]);
     refused(&["tables", "nope"]).says(&["no paper in this lake `nope`", "reproduce-all"]);
-    refused(&["query", "SELEC * FROM scores"]).says(&["sql parser error", "found: SELEC"]);
-    refused(&["query", "SELECT * FROM score"]).says(&["'score' was not found", "scores, timings"]);
-    refused(&["query", "SELECT nothing FROM scores"]).says(&["\"nothing\"", "\"estimator\""]);
-    refused(&["query", ""]).says(&["query: "]);
+    refused(&["query", "SELEC * FROM scores"]).says(&["query: not SQL", "found: SELEC"]);
+    refused(&["query", "SELECT * FROM score"])
+        .says(&["no table `score`", "did you mean `scores`?", "scores, timings"]);
+    refused(&["query", "SELECT maen FROM scores"])
+        .says(&["no column `maen`", "did you mean `mean`?", "estimator, metric"]);
+    refused(&["query", ""]).says(&["query: expected a statement"]);
+    refused(&["query", "DELETE FROM scores"]).says(&["query: DELETE is refused"]);
+    refused(&["query", "COPY scores TO 'x.csv'"]).says(&["query: COPY is refused"]);
     refused(&["query", "SELECT 1", "--format", "xml"]).says(&["'xml'", "table, csv, json"]);
 }
 

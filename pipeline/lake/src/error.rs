@@ -80,6 +80,14 @@ pub enum Error {
         /// The tables there are.
         tables: String,
     },
+    /// A file of the lake cannot be read.
+    #[error("{}: {message}", path.display())]
+    Table {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        message: String,
+    },
     /// A name that does not exist.
     #[error("no {what} `{got}`")]
     #[diagnostic(help("{expected}"))]

@@ -22,6 +22,7 @@ use parquet::basic::{Compression, Encoding, ZstdLevel};
 use parquet::column::writer::ColumnCloseResult;
 use parquet::errors::ParquetError;
 use parquet::file::metadata::{KeyValue, PageIndexPolicy, ParquetMetaDataReader, SortingColumn};
+use parquet::file::page_index::column_index::ColumnIndexMetaData;
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::ColumnPath;
@@ -313,8 +314,8 @@ pub fn schema<R: Row>() -> SchemaRef {
         .into_iter()
         .map(|c| {
             let metadata = [("unit", c.unit), ("description", c.description)];
-            Field::new(c.name, c.data_type, c.nullable)
-                .with_metadata(metadata.map(|(k, v)| (k.to_owned(), v.to_owned())))
+            let metadata = metadata.map(|(k, v)| (k.to_owned(), v.to_owned()));
+            Field::new(c.name, c.data_type, c.nullable).with_metadata(metadata.into())
         })
         .collect();
     Arc::new(Schema::new(fields))
@@ -558,14 +559,17 @@ fn append(writer: &mut SerializedFileWriter<File>, input: &File) -> Result<usize
     for (i, group) in metadata.row_groups().iter().enumerate() {
         let mut out = writer.next_row_group()?;
         for (j, column) in group.columns().iter().enumerate() {
-            let index = metadata.page_index();
+            let pages = metadata.column_index().and_then(|of| of.get(i)?.get(j));
+            let offsets = metadata.offset_index().and_then(|of| of.get(i)?.get(j));
             let closed = ColumnCloseResult {
                 bytes_written: column.compressed_size() as u64,
                 rows_written: group.num_rows() as u64,
                 metadata: column.clone(),
                 bloom_filter: None,
-                column_index: index.and_then(|p| p.column_index(i, j)).cloned(),
-                offset_index: index.and_then(|p| p.offset_index(i, j)).cloned(),
+                column_index: pages
+                    .filter(|p| !matches!(p, ColumnIndexMetaData::NONE))
+                    .cloned(),
+                offset_index: offsets.cloned(),
             };
             out.append_column(input, closed)?;
         }

@@ -1,6 +1,7 @@
 //! The papers' tables: published beside reproduced, with interval, verdict and reason.
 
 use crate::query;
+use polars::prelude::{Column, DataFrame, NamedFrom, PolarsResult};
 use std::path::Path;
 use zonobench_lake::digits::four_digits;
 use zonobench_lake::error::Error;
@@ -8,7 +9,7 @@ use zonobench_lake::lake::{paper_table_path, read_manifest};
 use zonobench_lake::rows::TimingComparison;
 use zonobench_lake::table;
 use zonobench_verdicts::compare::interval;
-use zonobench_verdicts::judged::{self, Judged, Tally};
+use zonobench_verdicts::judged::{self, Judged, Subject, Tally};
 use zonobench_verdicts::papers;
 use zonobench_verdicts::verdict::Verdict;
 
@@ -71,35 +72,65 @@ pub fn tallies(lake: &Path) -> Result<Vec<Tally>, Error> {
     Ok(judged::tallies(all.iter()))
 }
 
+/// How often each triple of paper, table and column comes, in the order in which they come first.
+fn count(keys: [Vec<String>; 3]) -> PolarsResult<Vec<([String; 3], usize)>> {
+    let names = ["paper", "table", "column"];
+    let height = keys[0].len();
+    let columns = names.into_iter().zip(&keys).map(|(name, texts)| Column::new(name.into(), texts.as_slice()));
+    let frame = DataFrame::new(height, columns.collect())?;
+    if frame.height() == 0 {
+        return Ok(Vec::new());
+    }
+    let groups = frame.group_by_stable(names)?;
+    let of_group = groups.keys();
+    let text = |column: usize, row: usize| -> PolarsResult<String> {
+        Ok(of_group[column].str()?.get(row).unwrap_or_default().to_owned())
+    };
+    let sizes = groups.get_groups().iter().map(|group| group.len());
+    sizes
+        .enumerate()
+        .map(|(row, n)| Ok(([text(0, row)?, text(1, row)?, text(2, row)?], n)))
+        .collect()
+}
+
 /// The matrix of verdicts as text: a line a table, a column a verdict of numbers, of parameters and of claims, and a line
 /// of each paper's counts.
 pub fn matrix_text(lake: &Path) -> Result<String, Error> {
-    let mut lines: Vec<(String, Vec<Judged>)> = Vec::new();
+    let label = |(subject, verdict): (Subject, Verdict)| format!("{}: {}", subject.name(), marked(verdict));
+    let (mut all, mut lines, mut keys) = (Vec::new(), Vec::new(), [Vec::new(), Vec::new(), Vec::new()]);
     for paper in papers(lake)? {
-        let all = comparisons(lake, &paper)?;
-        let mut tables: Vec<(String, Vec<Judged>)> = Vec::new();
-        for c in &all {
-            let name = format!("  {}", c.table);
-            match tables.iter_mut().find(|(table, _)| *table == name) {
-                Some((_, cells)) => cells.push(c.clone()),
-                None => tables.push((name, vec![c.clone()])),
+        lines.push((paper.clone(), None));
+        for c in comparisons(lake, &paper)? {
+            let line = (paper.clone(), Some(c.table.to_string()));
+            if !lines.contains(&line) {
+                lines.push(line);
             }
+            if c.is_as_written() {
+                let key = [paper.clone(), c.table.to_string(), label((c.subject, c.verdict))];
+                keys.iter_mut().zip(key).for_each(|(column, text)| column.push(text));
+            }
+            all.push(c);
         }
-        lines.push((paper, all));
-        lines.extend(tables);
     }
-    let columns = judged::columns(lines.iter().flat_map(|(_, cells)| cells));
-    let rows = lines.iter().map(|(name, cells)| {
-        let of = |column| match judged::in_column(cells.iter(), column) {
-            0 => "·".to_owned(),
-            n => n.to_string(),
+    let counted = count(keys).map_err(|e| Error::Query {
+        message: e.to_string(),
+        tables: "comparison".to_owned(),
+    })?;
+    let columns: Vec<String> = judged::columns(all.iter()).into_iter().map(label).collect();
+    let rows = lines.iter().map(|(paper, table)| {
+        let of = |column: &String| {
+            let here = |([p, t, c], _): &&([String; 3], usize)| {
+                p == paper && table.as_ref().is_none_or(|table| table == t) && c == column
+            };
+            match counted.iter().filter(here).map(|(_, n)| n).sum() {
+                0 => "·".to_owned(),
+                n => usize::to_string(&n),
+            }
         };
-        let each = columns.iter().map(|column| of(*column));
-        std::iter::once(name.clone()).chain(each).collect()
+        let name = table.as_ref().map_or_else(|| paper.clone(), |table| format!("  {table}"));
+        std::iter::once(name).chain(columns.iter().map(of)).collect()
     });
-    let header: Vec<String> = std::iter::once("paper, table".to_owned())
-        .chain((columns.iter()).map(|(subject, v)| format!("{}: {}", subject.name(), marked(*v))))
-        .collect();
+    let header: Vec<String> = std::iter::once("paper, table".to_owned()).chain(columns.iter().cloned()).collect();
     Ok(query::aligned(&header, rows))
 }
 

@@ -302,6 +302,24 @@ pub(crate) fn identifier(field: &Field) -> Result<String, BadInput> {
     Ok(text.to_owned())
 }
 
+/// Names that in a path `key=name` are no text to DuckDB (`inf` and `epoch` are dates) or polars (`inf` is a number,
+/// `true` a truth value).
+const NO_TEXTS: [&str; 5] = ["inf", "infinity", "epoch", "true", "false"];
+
+/// A name that is a folder's of the lake: every reader takes it for the text that it is.
+fn folder_name(field: &Field, name: &str) -> Result<(), BadInput> {
+    if !NO_TEXTS.contains(&name) {
+        return Ok(());
+    }
+    let message = format!(
+        "expected a name that every reader of the lake takes for text, got \"{name}\", which DuckDB or polars \
+         take for a number, a date or a truth value"
+    );
+    Err(field
+        .fault(message)
+        .with_help(format!("call it \"{name}_1\", for example")))
+}
+
 /// Ascending, different steps of at most `last`.
 pub(crate) fn steps(field: &Field, last: usize) -> Result<Vec<usize>, BadInput> {
     let mut steps: Vec<usize> = Vec::new();
@@ -328,7 +346,9 @@ struct Subject {
 
 fn subject(root: &Table, suffix: &str) -> Result<Subject, BadInput> {
     let name = "a name of lower-case letters, digits, _ and -";
-    let paper = identifier(&root.need("paper", name)?)?;
+    let field = root.need("paper", name)?;
+    let paper = identifier(&field)?;
+    folder_name(&field, &paper)?;
     let field = root.need("id", name)?;
     let id = format!("{}{suffix}", identifier(&field)?);
     if id.len() > LONGEST_ID {
@@ -337,6 +357,7 @@ fn subject(root: &Table, suffix: &str) -> Result<Subject, BadInput> {
             id.len()
         )));
     }
+    folder_name(&field, &id)?;
     let problem = problem(root)?;
     let estimators = estimators(root, &problem)?;
     Ok(Subject {

@@ -4,7 +4,6 @@
 use super::markup::{badge_named, escaped, place, row, scrolling, table};
 use super::{Page, heading};
 use crate::svg::{self, Axis, Colour, Marker, Panel, Series};
-use polars::prelude::{AnyValue, DataFrame, LazyFrame};
 use std::path::Path;
 use zonobench_lake::digits::four_digits;
 use zonobench_lake::error::Error;
@@ -32,20 +31,14 @@ const TABLES: [(&str, &str, &str); 3] = [
 
 /// What the lake holds of these tables.
 pub struct Measured {
-    frames: [Option<DataFrame>; 3],
+    frames: [Option<Answer>; 3],
 }
 
 /// Reads the tables that there are.
 pub fn read(lake: &Path) -> Result<Measured, Error> {
     let mut frames = [None, None, None];
     for (frame, (name, _, _)) in frames.iter_mut().zip(TABLES) {
-        *frame = match query::table(lake, name)? {
-            Some(lazy) => Some(LazyFrame::collect(lazy).map_err(|e| Error::Query {
-                message: e.to_string(),
-                tables: name.to_owned(),
-            })?),
-            None => None,
-        };
+        *frame = query::table(lake, name)?;
     }
     Ok(Measured { frames })
 }
@@ -65,20 +58,16 @@ impl Measured {
 }
 
 /// A cell as text; empty where there is none.
-fn text(frame: &DataFrame, column: &str, i: usize) -> String {
-    let value = frame.column(column).and_then(|c| c.get(i));
-    match value {
-        Ok(AnyValue::Null) | Err(_) => String::new(),
-        Ok(AnyValue::Float64(x)) => four_digits(x),
-        Ok(other) => other
-            .get_str()
-            .map_or_else(|| other.to_string(), str::to_owned),
+fn text(frame: &Answer, column: &str, i: usize) -> String {
+    match frame.value(column, i) {
+        None => String::new(),
+        Some(Value::Float(x)) => four_digits(x),
+        Some(other) => other.text().into_owned(),
     }
 }
 
-fn number(frame: &DataFrame, column: &str, i: usize) -> Option<f64> {
-    let value = frame.column(column).ok()?.get(i).ok()?;
-    value.extract::<f64>().filter(|x| x.is_finite())
+fn number(frame: &Answer, column: &str, i: usize) -> Option<f64> {
+    frame.value(column, i)?.number().filter(|x| x.is_finite())
 }
 
 /// The page of all three, each with a word where it is missing.
@@ -158,9 +147,9 @@ fn whole(name: &str, frame: &DataFrame, rows: &[usize], without: &[&str]) -> Str
 }
 
 /// A chart a paper, claim and sweep: what was counted and the printed formula, over the size that was swept.
-fn counts(frame: &DataFrame) -> String {
+fn counts(frame: &Answer) -> String {
     let mut claims: Vec<(String, String, Vec<usize>)> = Vec::new();
-    for i in 0..frame.height() {
+    for i in 0..frame.len() {
         let sweep = text(frame, "sweep_variable", i);
         // The row that has the verdict of the whole claim has no size.
         if sweep.is_empty() {

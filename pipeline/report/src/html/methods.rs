@@ -32,7 +32,7 @@ pub struct StepTime {
 
 /// The times of this lake; none where it has no table `timings`.
 pub fn times(lake: &Path) -> Result<Vec<StepTime>, Error> {
-    if query::table(lake, "timings")?.is_none() {
+    if !query::holds(lake, "timings")? {
         return Ok(Vec::new());
     }
     let frame = query::run(
@@ -41,11 +41,8 @@ pub fn times(lake: &Path) -> Result<Vec<StepTime>, Error> {
          MAX(p999_ns) / 1000.0 AS p999_us, SUM(late) AS late, SUM(steps) AS steps \
          FROM timings GROUP BY paper, experiment, estimator ORDER BY paper, experiment, estimator",
     )?;
-    let text = |name: &str, i: usize| {
-        let value = frame.column(name).ok()?.get(i).ok()?;
-        Some(value.get_str()?.to_owned())
-    };
-    let number = |name: &str, i: usize| frame.column(name).ok()?.get(i).ok()?.extract::<f64>();
+    let text = |name: &str, i: usize| Some(frame.value(name, i)?.text().into_owned());
+    let number = |name: &str, i: usize| frame.value(name, i)?.number();
     let time = |i| {
         Some(StepTime {
             paper: text("paper", i)?,
@@ -58,7 +55,7 @@ pub fn times(lake: &Path) -> Result<Vec<StepTime>, Error> {
             steps: number("steps", i)?,
         })
     };
-    Ok((0..frame.height()).filter_map(time).collect())
+    Ok((0..frame.len()).filter_map(time).collect())
 }
 
 /// What a method came to over the comparisons that it took part in.
