@@ -1,7 +1,7 @@
 //! The papers' tables: published beside reproduced, with interval, verdict and reason.
 
 use crate::query;
-use polars::prelude::{Column, DataFrame, NamedFrom, PolarsResult};
+use polars::prelude::{Column, DataFrame, PolarsResult};
 use std::path::Path;
 use zonobench_lake::digits::four_digits;
 use zonobench_lake::error::Error;

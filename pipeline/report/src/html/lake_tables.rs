@@ -7,7 +7,7 @@ use crate::svg::{self, Axis, Colour, Marker, Panel, Series};
 use std::path::Path;
 use zonobench_lake::digits::four_digits;
 use zonobench_lake::error::Error;
-use zonobench_query::query;
+use zonobench_query::query::{self, Answer, Value};
 use zonobench_verdicts::verdict::Verdict;
 
 /// A table of the lake, the command that makes it, and what it is.
@@ -85,7 +85,7 @@ pub fn page(measured: &Measured) -> Page {
         if name == "complexity" {
             body += &counts(frame);
         }
-        let all: Vec<usize> = (0..frame.height()).collect();
+        let all: Vec<usize> = (0..frame.len()).collect();
         if name == "claims" {
             let is_remark = |i: &usize| text(frame, "verdict", *i) == Verdict::Remark.name();
             let (remarks, own): (Vec<usize>, Vec<usize>) = all.into_iter().partition(is_remark);
@@ -108,13 +108,9 @@ pub fn page(measured: &Measured) -> Page {
 }
 
 /// These rows, the path's keys first, without some columns.
-fn whole(name: &str, frame: &DataFrame, rows: &[usize], without: &[&str]) -> String {
-    let mut columns: Vec<String> = frame
-        .get_column_names()
-        .iter()
-        .map(|c| c.to_string())
-        .filter(|c| !without.contains(&c.as_str()))
-        .collect();
+fn whole(name: &str, frame: &Answer, rows: &[usize], without: &[&str]) -> String {
+    let mut columns: Vec<String> = frame.columns().to_vec();
+    columns.retain(|c| !without.contains(&c.as_str()));
     columns.sort_by_key(|c| match c.as_str() {
         "paper" => 0,
         "experiment" => 1,
