@@ -316,10 +316,16 @@ fn names_that_do_not_exist_are_refused_with_those_that_do() {
     refused(&["explain", "mine/smal", "small.toml"]).says(&["no target `mine/smal`", "mine/small"]);
     refused(&["tables", "nope"]).says(&["no paper in this lake `nope`", "reproduce-all"]);
     refused(&["query", "SELEC * FROM scores"]).says(&["query: not SQL", "found: SELEC"]);
-    refused(&["query", "SELECT * FROM score"])
-        .says(&["no table `score`", "did you mean `scores`?", "scores, timings"]);
-    refused(&["query", "SELECT maen FROM scores"])
-        .says(&["no column `maen`", "did you mean `mean`?", "estimator, metric"]);
+    refused(&["query", "SELECT * FROM score"]).says(&[
+        "no table `score`",
+        "did you mean `scores`?",
+        "scores, timings",
+    ]);
+    refused(&["query", "SELECT maen FROM scores"]).says(&[
+        "no column `maen`",
+        "did you mean `mean`?",
+        "estimator, metric",
+    ]);
     refused(&["query", ""]).says(&["query: expected a statement"]);
     refused(&["query", "DELETE FROM scores"]).says(&["query: DELETE is refused"]);
     refused(&["query", "COPY scores TO 'x.csv'"]).says(&["query: COPY is refused"]);

@@ -116,6 +116,8 @@ fn measured(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::Arc;
+    use zonobench_lab::recorded::{LONGEST_GAP, measurements};
 
     const FILE: &str = r#"
 schema = 1
@@ -144,9 +146,14 @@ h = "c2"
     #[test]
     fn the_parts_of_a_step_are_shares_of_it_and_are_measured_once() {
         let experiment = &Experiment::parse("a.toml", FILE).unwrap()[0];
-        let y = vec![vec![Some(0.0)]; 31];
-        let recordings = || Ok(Recordings::recorded(vec![Vec::new(); 31], y.clone()));
         let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("y.csv");
+        let rows: String = (0..31).map(|k| format!("{k},0\n")).collect();
+        std::fs::write(&file, format!("k,y1\n{rows}")).unwrap();
+        let recordings = || {
+            let y = measurements(&file, &["y1"], LONGEST_GAP)?;
+            Ok(Recordings::recorded(vec![Vec::new(); 31], Arc::new(y), 1))
+        };
         let kept = folder.path().join("parts").join("a.json");
         let first = shares(&kept, experiment, 0, recordings).unwrap();
         let of = |phase| first[&phase];

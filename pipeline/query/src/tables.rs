@@ -76,7 +76,10 @@ pub fn tallies(lake: &Path) -> Result<Vec<Tally>, Error> {
 fn count(keys: [Vec<String>; 3]) -> PolarsResult<Vec<([String; 3], usize)>> {
     let names = ["paper", "table", "column"];
     let height = keys[0].len();
-    let columns = names.into_iter().zip(&keys).map(|(name, texts)| Column::new(name.into(), texts.as_slice()));
+    let columns = names
+        .into_iter()
+        .zip(&keys)
+        .map(|(name, texts)| Column::new(name.into(), texts.as_slice()));
     let frame = DataFrame::new(height, columns.collect())?;
     if frame.height() == 0 {
         return Ok(Vec::new());
@@ -84,7 +87,11 @@ fn count(keys: [Vec<String>; 3]) -> PolarsResult<Vec<([String; 3], usize)>> {
     let groups = frame.group_by_stable(names)?;
     let of_group = groups.keys();
     let text = |column: usize, row: usize| -> PolarsResult<String> {
-        Ok(of_group[column].str()?.get(row).unwrap_or_default().to_owned())
+        Ok(of_group[column]
+            .str()?
+            .get(row)
+            .unwrap_or_default()
+            .to_owned())
     };
     let sizes = groups.get_groups().iter().map(|group| group.len());
     sizes
@@ -96,8 +103,10 @@ fn count(keys: [Vec<String>; 3]) -> PolarsResult<Vec<([String; 3], usize)>> {
 /// The matrix of verdicts as text: a line a table, a column a verdict of numbers, of parameters and of claims, and a line
 /// of each paper's counts.
 pub fn matrix_text(lake: &Path) -> Result<String, Error> {
-    let label = |(subject, verdict): (Subject, Verdict)| format!("{}: {}", subject.name(), marked(verdict));
-    let (mut all, mut lines, mut keys) = (Vec::new(), Vec::new(), [Vec::new(), Vec::new(), Vec::new()]);
+    let label =
+        |(subject, verdict): (Subject, Verdict)| format!("{}: {}", subject.name(), marked(verdict));
+    let (mut all, mut lines, mut keys) =
+        (Vec::new(), Vec::new(), [Vec::new(), Vec::new(), Vec::new()]);
     for paper in papers(lake)? {
         lines.push((paper.clone(), None));
         for c in comparisons(lake, &paper)? {
@@ -106,8 +115,14 @@ pub fn matrix_text(lake: &Path) -> Result<String, Error> {
                 lines.push(line);
             }
             if c.is_as_written() {
-                let key = [paper.clone(), c.table.to_string(), label((c.subject, c.verdict))];
-                keys.iter_mut().zip(key).for_each(|(column, text)| column.push(text));
+                let key = [
+                    paper.clone(),
+                    c.table.to_string(),
+                    label((c.subject, c.verdict)),
+                ];
+                keys.iter_mut()
+                    .zip(key)
+                    .for_each(|(column, text)| column.push(text));
             }
             all.push(c);
         }
@@ -127,10 +142,16 @@ pub fn matrix_text(lake: &Path) -> Result<String, Error> {
                 n => usize::to_string(&n),
             }
         };
-        let name = table.as_ref().map_or_else(|| paper.clone(), |table| format!("  {table}"));
-        std::iter::once(name).chain(columns.iter().map(of)).collect()
+        let name = table
+            .as_ref()
+            .map_or_else(|| paper.clone(), |table| format!("  {table}"));
+        std::iter::once(name)
+            .chain(columns.iter().map(of))
+            .collect()
     });
-    let header: Vec<String> = std::iter::once("paper, table".to_owned()).chain(columns.iter().cloned()).collect();
+    let header: Vec<String> = std::iter::once("paper, table".to_owned())
+        .chain(columns.iter().cloned())
+        .collect();
     Ok(query::aligned(&header, rows))
 }
 

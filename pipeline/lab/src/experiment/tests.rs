@@ -129,20 +129,27 @@ fn a_folder_s_name_is_text_to_every_reader() {
     for name in ["inf", "infinity", "epoch", "true", "false"] {
         for key in ["paper = \"mine\"", "id = \"ex1\""] {
             let (key, _) = key.split_once(" = ").unwrap();
-            let old = if key == "paper" { "\"mine\"" } else { "\"ex1\"" };
+            let old = if key == "paper" {
+                "\"mine\""
+            } else {
+                "\"ex1\""
+            };
             let line = BASE
                 .lines()
                 .find(|l| l.starts_with(key) && l.contains(old))
                 .unwrap();
-            let fault = complaint(&BASE.replacen(line, &line.replace(old, &format!("{name:?}")), 1));
+            let fault =
+                complaint(&BASE.replacen(line, &line.replace(old, &format!("{name:?}")), 1));
             assert!(
-                fault.contains(&format!("got \"{name}\"")) && fault.contains(&format!("call it \"{name}_1\"")),
+                fault.contains(&format!("got \"{name}\""))
+                    && fault.contains(&format!("call it \"{name}_1\"")),
                 "{fault}"
             );
         }
     }
     // Within a longer name they do no harm.
-    let swept = BASE.replacen("\"ex1\"", "\"inf\"", 1) + "\n[sweep]\n\"estimator.mixed.phi\" = [20, 30]\n";
+    let swept =
+        BASE.replacen("\"ex1\"", "\"inf\"", 1) + "\n[sweep]\n\"estimator.mixed.phi\" = [20, 30]\n";
     assert_eq!(ids(&swept), ["inf_phi20", "inf_phi30"]);
 }
 
