@@ -24,6 +24,9 @@ pub trait Data {
     fn measurement(&self, k: usize) -> Measurement<'_>;
 }
 
+/// u_k and y_k of every step.
+pub type Given<'a> = (&'a [Vec<f64>], &'a [Vec<Option<f64>>]);
+
 /// The inputs and the measurements of every step; one that is missing altogether is of dimension 0.
 impl Data for (&[Vec<f64>], &[Vec<Option<f64>>]) {
     fn input(&self, k: usize) -> &[f64] {
@@ -45,7 +48,7 @@ pub fn track<'a, E: Estimator>(
     steps: usize,
     inputs: &'a [Vec<f64>],
     measurements: &'a [Vec<Option<f64>>],
-) -> Track<'a, E, (&'a [Vec<f64>], &'a [Vec<Option<f64>>])> {
+) -> Track<'a, E, Given<'a>> {
     Track::new(estimator, steps, (inputs, measurements))
 }
 

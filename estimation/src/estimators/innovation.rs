@@ -191,7 +191,7 @@ impl Range {
         }
         match self.order[self.rank..]
             .iter()
-            .find(|&&i| !(rest[i].abs() <= allowed[i]))
+            .find(|&&i| rest[i].is_nan() || allowed[i].is_nan() || rest[i].abs() > allowed[i])
         {
             None => Ok(()),
             Some(&i) => Err(EstimationError::Singular {

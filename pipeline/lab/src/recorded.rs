@@ -376,6 +376,9 @@ struct Lines<R> {
     after_cr: bool,
 }
 
+/// What is wrong with a file of lines, and in which line.
+type LineFault = (Option<usize>, String);
+
 impl<R: BufRead> Lines<R> {
     fn new(reader: R, most: u64) -> Self {
         Self {
@@ -389,7 +392,7 @@ impl<R: BufRead> Lines<R> {
     }
 
     /// The next line, without its end, and its number; None after the last one.
-    fn next(&mut self) -> Result<Option<(usize, &[u8])>, (Option<usize>, String)> {
+    fn next(&mut self) -> Result<Option<(usize, &[u8])>, LineFault> {
         self.line.clear();
         let mut any = false;
         loop {
