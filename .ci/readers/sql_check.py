@@ -414,6 +414,16 @@ class Grammar:
         using = self.pick([f'USING ({", ".join(chr(34) + n + chr(34) for n in shared)})', "ON " + " AND ".join(f'l."{n}" = r."{n}"' for n in shared) + " AND " + self.pick([self.condition(left, "l.", 0), self.condition(right, "r.", 0)])])
         return f'SELECT l.paper AS p, {self.column(left, ["number", "text"], "l.")} AS a, {self.column(right, ["number", "text"], "r.")} AS b FROM {self.cut(left)} l {kind} {self.cut(right)} r {using}'
 
+    def using(self):
+        left, right = self.table(["number", "text"]), self.table(["number", "text"])
+        shared = [n for n, k in self.columns[left] if (n, k) in self.columns[right] and k == "VARCHAR"]
+        keys = self.random.sample(shared, self.pick(range(1, len(shared) + 1)))
+        kind = self.pick(["JOIN", "LEFT JOIN", "RIGHT JOIN", "FULL JOIN", "SEMI JOIN", "ANTI JOIN"])
+        named = ", ".join(f'"{k}"' for k in keys)
+        test = self.pick(["IS NOT NULL", "< 'm'"])
+        where = f' WHERE "{self.pick(keys)}" {test}' if self.chance(0.5) else ""
+        return f"SELECT {named}, COUNT(*) AS n FROM {self.cut(left)} x {kind} {self.cut(right)} m USING ({named}){where} GROUP BY {named}"
+
     def semi(self):
         left, right = self.table(["number", "text"]), self.table(["number", "text"])
         kind = self.pick(["SEMI", "ANTI"])
@@ -531,6 +541,8 @@ class Grammar:
             "SELECT paper, COUNT(*) AS n, COUNT(c.claim) AS a FROM (SELECT * FROM claims WHERE paper < 'c') c FULL JOIN (SELECT * FROM published WHERE paper > 'b') p USING (paper) GROUP BY paper",
             "SELECT paper, estimator, kind, mean FROM (SELECT * FROM estimators WHERE kind = 'kalman') e RIGHT JOIN scores s USING (paper, experiment, estimator) WHERE paper <> 'cz'",
             "SELECT * FROM (SELECT DISTINCT paper, estimator FROM scores) s LEFT JOIN (SELECT DISTINCT paper, unit FROM published) p USING (paper)",
+            "SELECT * FROM (SELECT DISTINCT paper, estimator FROM scores) s LEFT JOIN (SELECT DISTINCT unit, paper FROM published WHERE paper > 'c') p USING (paper)",
+            "SELECT * FROM (SELECT DISTINCT paper FROM scores) s JOIN (SELECT DISTINCT claim, paper FROM claims) c USING (paper) LEFT JOIN (SELECT paper, MAX(size) AS m FROM complexity GROUP BY paper) x USING (paper)",
             "SELECT paper, COUNT(*) AS n FROM estimators NATURAL JOIN (SELECT DISTINCT paper, experiment, estimator FROM scores WHERE mean > 1) s GROUP BY paper",
             "SELECT paper, a.n, b.n, c.n FROM (SELECT paper, COUNT(*) AS n FROM claims GROUP BY paper) a FULL JOIN (SELECT paper, COUNT(*) AS n FROM complexity GROUP BY paper) b USING (paper) FULL JOIN (SELECT paper, COUNT(*) AS n FROM scores GROUP BY paper) c USING (paper) ORDER BY paper",
         ]
@@ -540,7 +552,7 @@ class Grammar:
         yield from (("literals", s) for s in self.literals())
         for family, n in [
             (self.filters, 40), (self.projections, 30), (self.groups, 40), (self.whole, 15), (self.rollups, 6), (self.joins, 60),
-            (self.join_rows, 25), (self.semi, 15), (self.commas, 15), (self.three, 10), (self.windows, 40), (self.ctes, 20),
+            (self.join_rows, 25), (self.using, 20), (self.semi, 15), (self.commas, 15), (self.three, 10), (self.windows, 40), (self.ctes, 20),
             (self.subqueries, 45), (self.sets, 20), (self.distinct, 15), (self.top, 20), (self.lists, 5),
         ]:
             for _ in range(n):
@@ -551,7 +563,7 @@ class Grammar:
 
 
 def ask(program, lake, sql, form="json"):
-    """Exit code, output, errors, seconds, peak of memory in MB."""
+    """Exit code, output, errors, seconds, peak of memory in MB, seconds of processors."""
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
         start = time.monotonic()
         child = subprocess.Popen([program, "query", sql, "--lake", str(lake), "--format", form], stdout=out, stderr=err)
@@ -560,7 +572,8 @@ def ask(program, lake, sql, form="json"):
         seconds = time.monotonic() - start
         out.seek(0)
         err.seek(0)
-        return child.returncode, out.read().decode(), err.read().decode(), seconds, usage.ru_maxrss / 1024
+        busy = usage.ru_utime + usage.ru_stime
+        return child.returncode, out.read().decode(), err.read().decode(), seconds, usage.ru_maxrss / 1024, busy
 
 
 def check_statements(program, lake, db, columns, verbose):
@@ -569,7 +582,7 @@ def check_statements(program, lake, db, columns, verbose):
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         answers = pool.map(lambda statement: ask(program, lake, statement[1]), statements)
         asked = list(zip(statements, answers))
-    for (family, sql), (code, out, err, _, _) in asked:
+    for (family, sql), (code, out, err, *_) in asked:
         try:
             theirs = [list(map(plain, row)) for row in db.execute(sql).fetchall()]
         except duckdb.Error as error:
@@ -623,25 +636,32 @@ TIMED = {
 
 
 def check_times(program, lake, db):
-    """Prints the times of ours and of DuckDB. A machine at work is no judge: nothing fails here but the memory."""
+    """Prints the times of ours and of DuckDB. A machine at work is no judge: what fails here are rows and memory."""
     threads = os.cpu_count()
     db.execute(f"SET threads = {threads}")
-    print(f"{threads} threads; the best of 3 runs, ours with the start of the program")
-    too_much = False
+    print(f"{threads} threads; the best of 3 runs, ours with the start of the program; in brackets the processor's time")
+    # Ours first: a child counts as its own what its parent held.
+    ours = {name: [ask(program, lake, sql) for _ in range(3)] for name, sql in TIMED.items()}
+    failed = False
     for name, sql in TIMED.items():
-        runs = [ask(program, lake, sql) for _ in range(3)]
-        ours, peak = min(r[3] for r in runs), max(r[4] for r in runs)
-        theirs = math.inf
+        runs = ours[name]
+        wall, busy, peak = min(r[3] for r in runs), min(r[5] for r in runs), max(r[4] for r in runs)
+        walls, busies = [], []
         for _ in range(3):
-            start = time.monotonic()
+            start, used = time.monotonic(), time.process_time()
             rows = db.execute(sql).fetchall()
-            theirs = min(theirs, time.monotonic() - start)
-        found = f"exit code {runs[0][0]}: {runs[0][2]}" if runs[0][0] else rows_differ(
-            [list(r.values()) for r in json.loads(runs[0][1])], [list(map(plain, r)) for r in rows]
+            walls.append(time.monotonic() - start)
+            busies.append(time.process_time() - used)
+        if runs[0][0]:
+            found = f"exit code {runs[0][0]}: {runs[0][2]}"
+        else:
+            found = rows_differ([list(r.values()) for r in json.loads(runs[0][1])], [list(map(plain, r)) for r in rows])
+        print(
+            f"{name:10} {wall:6.2f} s ({busy:5.2f} s)  DuckDB {min(walls):6.2f} s ({min(busies):5.2f} s)"
+            f"  ratio {wall / min(walls):5.1f} ({busy / min(busies):5.1f})  {peak:5.0f} MB  {found or 'same rows'}"
         )
-        print(f"{name:10} {ours:7.2f} s  DuckDB {theirs:7.2f} s  ratio {ours / theirs:6.1f}  {peak:6.0f} MB  {found or 'same rows'}")
-        too_much |= peak > 1000 or bool(found)
-    return 1 if too_much else 0
+        failed |= peak > 1000 or bool(found)
+    return 1 if failed else 0
 
 
 def main():

@@ -210,7 +210,10 @@ fn a_wrong_experiment_is_refused_at_its_line() {
             "covariance = [[10.0, 0.0], [0.0, 10.0]]",
             "covariance = [[1e-8, 2e-8], [2e-8, 1e-8]]",
             "covariance",
-            &["expected a positive semidefinite matrix, got the eigenvalue -1e-8"],
+            &[
+                "expected a positive semidefinite matrix, got the covariance 2e-8 of components 1 and 2",
+                "whose variances are 1e-8 and 1e-8",
+            ],
         ),
         (
             "eta = 0.5",

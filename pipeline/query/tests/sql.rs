@@ -170,6 +170,54 @@ fn joins_of_every_kind_keep_the_rows_that_they_should() {
 }
 
 #[test]
+fn a_column_of_using_is_one_of_both_sides() {
+    let lake = Lake::new();
+    let tables = "WITH a AS (SELECT * FROM (VALUES (1, 'x'), (2, 'y')) t(k, p)), \
+                  b AS (SELECT * FROM (VALUES (2, 'u'), (3, 'v')) t(k, q)) SELECT";
+    for (rest, rows) in [
+        ("k FROM b RIGHT JOIN a USING (k) ORDER BY k", "1\n2\n"),
+        (
+            "k, p, q FROM a FULL JOIN b USING (k) ORDER BY k",
+            "1,x,\n2,y,u\n3,,v\n",
+        ),
+        (
+            "k, COUNT(*) FROM a FULL JOIN b USING (k) WHERE k > 1 GROUP BY k ORDER BY 1",
+            "2,1\n3,1\n",
+        ),
+        (
+            "a.k, b.k FROM a FULL JOIN b USING (k) ORDER BY COALESCE(a.k, b.k)",
+            "1,\n2,2\n,3\n",
+        ),
+        ("* FROM b LEFT JOIN a USING (k) ORDER BY k", "2,u,y\n3,v,\n"),
+        ("COUNT(*) FROM a SEMI JOIN b USING (k)", "1\n"),
+        ("k FROM a NATURAL JOIN b", "2\n"),
+    ] {
+        assert_eq!(lake.rows(&format!("{tables} {rest}")), rows, "{rest}");
+    }
+    for rest in [
+        "* FROM a FULL JOIN b USING (k)",
+        "k FROM a NATURAL FULL JOIN b",
+        "* FROM a NATURAL JOIN b",
+    ] {
+        let fault = lake.fault(&format!("{tables} {rest}"));
+        assert!(fault.contains("is refused: write ON"), "{rest}: {fault}");
+    }
+}
+
+#[test]
+fn is_distinct_from_ends_where_the_condition_does() {
+    let lake = Lake::new();
+    let counted =
+        |condition: &str| lake.rows(&format!("SELECT COUNT(*) FROM names WHERE {condition}"));
+    assert_eq!(counted("name IS DISTINCT FROM 'p' AND n = 2"), "2\n");
+    assert_eq!(
+        counted("n = 1 AND name IS NOT DISTINCT FROM 'p' OR n = 3"),
+        "4\n"
+    );
+    assert_eq!(counted("(n = 2) IS DISTINCT FROM TRUE AND n > 1"), "2\n");
+}
+
+#[test]
 fn subqueries_stand_wherever_sql_has_them() {
     let lake = Lake::new();
     for (statement, rows) in [
@@ -265,6 +313,9 @@ fn arithmetic_is_duckdb_s() {
         ("-x = 0 FROM points WHERE run = 1 AND k = 0", "true"),
         ("COUNT(*) FROM points WHERE x = 0", "4"),
         ("COUNT(DISTINCT x) FROM points", "4"),
+        ("SIGN(-2.5)", "-1"),
+        ("SUM(k) / COUNT(*) FROM points WHERE k < 20", "5.5"),
+        ("SUM(DISTINCT run) FROM points", "1"),
         (
             "MEDIAN(k) FROM points WHERE experiment = 'one' AND paper = 'a'",
             "0.5",

@@ -1,13 +1,15 @@
 //! Joins as DuckDB has them, where DataFusion does not know them or takes them for others.
 //!
 //! SEMI and ANTI are of the left side. A column that USING names is one column of both sides: that of the right side
-//! in a RIGHT JOIN, of whichever has it in a FULL JOIN; DataFusion takes the left one, which is missing there.
+//! in a RIGHT JOIN, of whichever has it in a FULL JOIN. DataFusion takes the left one by its name, and for `*` that of
+//! the table whose name comes first.
 
 use crate::sql::fault::Fault;
 use datafusion::sql::sqlparser::ast::{
-    BinaryOperator, Expr, Function, FunctionArg, FunctionArgExpr, FunctionArgumentList,
-    FunctionArguments, Ident, JoinConstraint, JoinOperator, ObjectName, OrderBy, Query, Select,
-    SelectItem, SetExpr, Statement, TableFactor, TableWithJoins, VisitMut, VisitorMut,
+    BinaryOperator, ExcludeSelectItem, Expr, Function, FunctionArg, FunctionArgExpr,
+    FunctionArgumentList, FunctionArguments, Ident, JoinConstraint, JoinOperator, ObjectName,
+    OrderBy, Query, Select, SelectItem, SelectItemQualifiedWildcardKind, SetExpr, Statement,
+    TableFactor, TableWithJoins, VisitMut, VisitorMut, WildcardAdditionalOptions,
 };
 use std::ops::ControlFlow;
 
@@ -55,6 +57,22 @@ fn of_select(select: &mut Select, order_by: Option<&mut OrderBy>) -> Result<(), 
     }
     if merged.columns.is_empty() {
         return Ok(());
+    }
+    if all {
+        let items = std::mem::take(&mut select.projection);
+        for item in items {
+            match item {
+                SelectItem::Wildcard(options)
+                    if options == WildcardAdditionalOptions::default() =>
+                {
+                    select.projection.extend(merged.all_columns()?);
+                }
+                SelectItem::Wildcard(_) => {
+                    return refused("* with EXCLUDE and the like over USING");
+                }
+                item => select.projection.push(item),
+            }
+        }
     }
     let given: Vec<String> = select
         .projection
@@ -122,6 +140,7 @@ fn of_left_side(table: &mut TableWithJoins) {
 /// Which side has all that a joined row has.
 #[derive(Clone, Copy, PartialEq)]
 enum Side {
+    Both,
     Left,
     Right,
     Either,
@@ -130,7 +149,8 @@ enum Side {
 fn constraint(join: &mut JoinOperator) -> Option<(Side, &mut JoinConstraint)> {
     use JoinOperator as J;
     Some(match join {
-        J::Join(on) | J::Inner(on) | J::Left(on) | J::LeftOuter(on) => (Side::Left, on),
+        J::Join(on) | J::Inner(on) => (Side::Both, on),
+        J::Left(on) | J::LeftOuter(on) => (Side::Left, on),
         J::LeftSemi(on) | J::LeftAnti(on) => (Side::Left, on),
         J::Right(on) | J::RightOuter(on) | J::RightSemi(on) | J::RightAnti(on) => (Side::Right, on),
         J::FullOuter(on) => (Side::Either, on),
@@ -142,6 +162,8 @@ fn constraint(join: &mut JoinOperator) -> Option<(Side, &mut JoinConstraint)> {
 #[derive(Default)]
 struct Merged {
     columns: Vec<(String, Expr)>,
+    /// The tables of the statement, and which of their columns are shown with another's.
+    tables: Vec<(Option<Ident>, Vec<String>)>,
 }
 
 impl Merged {
@@ -154,32 +176,70 @@ impl Merged {
     /// Goes through the joins of a table; `all` if the statement asks for all columns.
     fn add(&mut self, table: &mut TableWithJoins, all: bool) -> Result<(), Fault> {
         let mut before = vec![called(&table.relation)];
+        self.tables.push((called(&table.relation), Vec::new()));
         for join in &mut table.joins {
             let right = called(&join.relation);
+            let mut shown = Vec::new();
+            let half = matches!(
+                join.join_operator,
+                JoinOperator::LeftSemi(_) | JoinOperator::LeftAnti(_)
+            );
             if let Some((side, on)) = constraint(&mut join.join_operator) {
-                let refused = |what: &str| {
-                    Err(Fault::statement(format!(
-                        "{what} is refused with RIGHT and FULL JOIN: write ON, or name the columns"
-                    )))
-                };
                 match on {
-                    JoinConstraint::Natural if side != Side::Left => return refused("NATURAL"),
-                    JoinConstraint::Using(_) if side != Side::Left && all => {
-                        return refused("* with USING");
+                    JoinConstraint::Natural if side != Side::Both => {
+                        return refused("NATURAL in a LEFT, RIGHT or FULL JOIN");
+                    }
+                    JoinConstraint::Natural if all => return refused("* over NATURAL JOIN"),
+                    JoinConstraint::Using(_)
+                        if matches!(side, Side::Right | Side::Either) && all =>
+                    {
+                        return refused("* over USING in a RIGHT or FULL JOIN");
                     }
                     JoinConstraint::Using(names) => {
-                        match self.both_sides(&before, right.as_ref(), names, side) {
-                            Some(equal) if !all => *on = JoinConstraint::On(equal),
-                            None if side != Side::Left => return refused("this USING"),
-                            _ => {}
-                        }
+                        let Some(equal) = self.both_sides(&before, right.as_ref(), names, side)
+                        else {
+                            return refused(
+                                "USING with a table that has no name, or a column of several",
+                            );
+                        };
+                        shown.extend(
+                            names
+                                .iter()
+                                .filter_map(|n| n.0.last()?.as_ident())
+                                .map(normal),
+                        );
+                        *on = JoinConstraint::On(equal);
                     }
                     _ => {}
                 }
             }
-            before.push(right);
+            if !half {
+                before.push(right.clone());
+                self.tables.push((right, shown));
+            }
         }
         Ok(())
+    }
+
+    /// What `*` stands for: the columns of each table, but those that another shows.
+    fn all_columns(&self) -> Result<Vec<SelectItem>, Fault> {
+        let columns = |(table, shown): &(Option<Ident>, Vec<String>)| {
+            let name = ObjectName::from(vec![table.clone()?]);
+            let but = shown
+                .iter()
+                .map(|c| ObjectName::from(vec![Ident::with_quote('"', c)]));
+            let options = WildcardAdditionalOptions {
+                opt_exclude: (!shown.is_empty())
+                    .then(|| ExcludeSelectItem::Multiple(but.collect())),
+                ..WildcardAdditionalOptions::default()
+            };
+            let kind = SelectItemQualifiedWildcardKind::ObjectName(name);
+            Some(SelectItem::QualifiedWildcard(kind, options))
+        };
+        match self.tables.iter().map(columns).collect::<Option<Vec<_>>>() {
+            Some(items) => Ok(items),
+            None => refused("* over USING with a table that has no name"),
+        }
     }
 
     /// Notes the columns that USING names, and gives what it says of them.
@@ -208,7 +268,7 @@ impl Merged {
                 Some(equal) => binary(equal, BinaryOperator::And, same),
             });
             let both = match side {
-                Side::Left => left,
+                Side::Both | Side::Left => left,
                 Side::Right => right,
                 Side::Either => coalesce(left, right),
             };
@@ -218,6 +278,12 @@ impl Merged {
         }
         equal
     }
+}
+
+fn refused<T>(what: &str) -> Result<T, Fault> {
+    Err(Fault::statement(format!(
+        "{what} is refused: write ON, and name the columns"
+    )))
 }
 
 fn binary(left: Expr, op: BinaryOperator, right: Expr) -> Expr {
