@@ -131,10 +131,13 @@ fn judge(
             }
             Err(EstimationError::Refused { .. }) => counts.refused += 1,
             // The set reached where the model is not defined, or beyond the numbers.
-            Err(EstimationError::Set {
-                source: SetError::Domain { .. } | SetError::NotFinite { .. },
-                ..
-            }) => counts.refused += 1,
+            Err(
+                EstimationError::Overflow { .. }
+                | EstimationError::Set {
+                    source: SetError::Domain { .. },
+                    ..
+                },
+            ) => counts.refused += 1,
             Err(other) => return Err(other.clone()),
         }
     }

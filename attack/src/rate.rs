@@ -3,7 +3,8 @@
 /// The upper Clopper-Pearson bound on a rate of which `lost` of `trials` were seen, at `confidence`.
 ///
 /// The p with P(X ≤ lost) = 1 − confidence for X ~ Bin(trials, p); with none lost it is
-/// 1 − (1 − confidence)^(1/trials). 1 without trials and where all are lost.
+/// 1 − (1 − confidence)^(1/trials). 1 without trials and where all are lost. The trials must be independent for it to be a
+/// bound: runs are, the sets of one run are not.
 ///
 /// Source: \[ClopperPearson1934\].
 pub fn clopper_pearson_upper(lost: u64, trials: u64, confidence: f64) -> f64 {

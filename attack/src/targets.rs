@@ -18,9 +18,10 @@ pub struct Target {
     pub guaranteed: bool,
     /// The last step of a run.
     pub steps: usize,
-    /// The share of the bounds that is used. A simulated measurement is rounded and a simulated state drifts from
-    /// the exact one; taken as noise, both are far below 10⁻⁹ of the bounds. In twelve dimensions a truth that is
-    /// within 10⁻⁹ of a corner is left undecided at the price of a linear program, so there it is a millionth.
+    /// The share of the bounds that is used, 1 − 10⁻⁹ and not the 1 − 10⁻¹² of an experiment's noise: in units from
+    /// 10⁻⁴ to 10⁴ a measurement of a state far from 0 is rounded by up to 10⁻¹⁰ of the bounds of its noise. In twelve dimensions a
+    /// truth that is within 10⁻⁹ of a corner is left undecided at the price of a linear program, so there it is 1 − 10⁻⁶. A set
+    /// that is too small by less than the rest is not seen to lose anything.
     pub(crate) inside: f64,
     /// Runs of every attack in the default campaign.
     pub runs: u64,

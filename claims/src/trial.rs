@@ -57,7 +57,7 @@ pub struct Claim {
     pub twins: Vec<Twin>,
 }
 
-/// What the trials of a claim say.
+/// What the trials of a claim say, and of whom.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// Every trial held.
@@ -68,6 +68,12 @@ pub enum Verdict {
     DoesNotHold,
     /// There was no trial.
     NotTested,
+    /// At least one trial failed, of a slip of the pen that the paper itself corrects.
+    Slip,
+    /// At least one trial failed, of the sentence as our damaged text has it.
+    Damaged,
+    /// A remark of ours, whatever its trials gave.
+    Remark,
 }
 
 impl Verdict {
@@ -78,6 +84,9 @@ impl Verdict {
             Verdict::HoldsAsBound => "holds_as_bound",
             Verdict::DoesNotHold => "does_not_hold",
             Verdict::NotTested => "not_tested",
+            Verdict::Slip => "slip",
+            Verdict::Damaged => "damaged",
+            Verdict::Remark => "remark",
         }
     }
 }
@@ -85,7 +94,7 @@ impl Verdict {
 /// What the trials of a claim gave.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Outcome {
-    /// Follows from the counts.
+    /// Follows from the counts alone; [`Claim::verdict`] says it of whose sentence it is.
     pub verdict: Verdict,
     /// Trials of the claim as printed.
     pub trials: u64,
@@ -195,6 +204,22 @@ impl Claim {
         }
     }
 
+    /// What `outcome` says of the claim, whose sentence it is considered: a slip or a damage that loses is called that,
+    /// and a remark of ours is one whether it loses or not.
+    pub fn verdict(&self, outcome: &Outcome) -> Verdict {
+        let fails = matches!(
+            outcome.verdict,
+            Verdict::DoesNotHold | Verdict::HoldsAsBound
+        );
+        match (self.class, outcome.verdict) {
+            (_, Verdict::NotTested) => Verdict::NotTested,
+            (Class::Remark, _) => Verdict::Remark,
+            (Class::Slip, _) if fails => Verdict::Slip,
+            (Class::Damage, _) if fails => Verdict::Damaged,
+            (_, verdict) => verdict,
+        }
+    }
+
     /// The consequence, with the counts of the repaired claim.
     pub fn consequence(&self, outcome: &Outcome) -> String {
         if outcome.repaired_trials == 0 {
@@ -251,5 +276,32 @@ mod tests {
             (Verdict::DoesNotHold, 2, 3)
         );
         assert_eq!(lost.counterexample, "first");
+    }
+
+    #[test]
+    fn a_loss_says_what_the_class_of_the_sentence_says() {
+        let of = |class: Class, run: fn(&mut Trial)| {
+            let claim = Claim {
+                paper: "test",
+                id: "class",
+                statement: "",
+                consequence: "",
+                class,
+                run,
+                twins: Vec::new(),
+            };
+            claim.verdict(&claim.outcome())
+        };
+        let loses: fn(&mut Trial) = |t| t.check(false);
+        let holds: fn(&mut Trial) = |t| t.check(true);
+        assert_eq!(of(Class::Stated, loses), Verdict::DoesNotHold);
+        assert_eq!(of(Class::Slip, loses), Verdict::Slip);
+        assert_eq!(of(Class::Damage, loses), Verdict::Damaged);
+        assert_eq!(of(Class::Remark, loses), Verdict::Remark);
+        assert_eq!(of(Class::Remark, holds), Verdict::Remark);
+        for class in [Class::Stated, Class::Slip, Class::Damage] {
+            assert_eq!(of(class, holds), Verdict::Holds);
+        }
+        assert_eq!(of(Class::Remark, |_| ()), Verdict::NotTested);
     }
 }

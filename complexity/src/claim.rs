@@ -34,6 +34,8 @@ pub enum Verdict {
     HoldsAsBound,
     /// The count grows faster, or the statement is contradicted.
     DoesNotHold,
+    /// It rests on equations that the paper does not print.
+    NotReproducible,
 }
 
 impl Verdict {
@@ -43,6 +45,7 @@ impl Verdict {
             Self::Holds => "holds",
             Self::HoldsAsBound => "holds_as_bound",
             Self::DoesNotHold => "does_not_hold",
+            Self::NotReproducible => "not_reproducible",
         }
     }
 }

@@ -111,6 +111,7 @@ pub fn of_predictions() -> Vec<Row> {
             gain: Default::default(),
             overbars: true,
             merge_parallel: false,
+            scale: Default::default(),
         };
         let u = vec![0.0; s.p];
         let generators = if interval {

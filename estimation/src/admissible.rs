@@ -1,8 +1,11 @@
 //! Whether a truth keeps to what an estimator assumes.
 //!
 //! A guarantee holds under its assumptions. An experiment may break them on purpose (outliers, another
-//! prior); then a lost truth is a result and no violation. This says, from the truth's description alone and
-//! on the safe side, whether every draw lies in the assumed sets.
+//! prior); then a lost truth is a result and no violation. This says, from the truth's description alone, whether every
+//! draw lies in the assumed sets: true where that is certain.
+//!
+//! One thing is not proved of it: that the rounding of y_k to an f64 leaves v_k in its set. Noise keeps a share of 10⁻¹² of its
+//! bounds free for that ([`INSIDE`]), which is more than u |y_k| as long as |y_k| is below 9000 half-widths of v_k.
 
 use crate::signal::sum_at;
 use crate::simulate::{INSIDE, InitialState, Law, Noise};

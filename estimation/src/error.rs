@@ -16,7 +16,7 @@ pub enum EstimationError {
         k: usize,
     },
     /// An operation on sets or matrices failed at a step.
-    #[error("k = {k}, {op}: {source}")]
+    #[error("k = {k}, {}", during(op, source))]
     Set {
         /// The step.
         k: usize,
@@ -24,6 +24,25 @@ pub enum EstimationError {
         op: &'static str,
         /// The fault.
         source: SetError,
+    },
+    /// A matrix that must be inverted is singular, and what it stands for has no answer: a covariance of the
+    /// innovation that calls a measurement impossible, say.
+    #[error("k = {k}, {op}: {reason}")]
+    Singular {
+        /// The step.
+        k: usize,
+        /// What the estimator was doing.
+        op: &'static str,
+        /// What is missing.
+        reason: String,
+    },
+    /// A number of the belief is beyond the largest f64, 1.8e308.
+    #[error("k = {k}, {op}: a number is beyond 1.8e308")]
+    Overflow {
+        /// The step.
+        k: usize,
+        /// What the estimator was doing.
+        op: &'static str,
     },
     /// The estimator does not go on, because what it would say is worth nothing: a result, not a fault of
     /// the input.
@@ -93,11 +112,51 @@ pub enum EstimationError {
     },
 }
 
+/// "`op`: fault", once where the fault names the same operation.
+fn during(op: &str, source: &SetError) -> String {
+    let fault = source.to_string();
+    let same = fault.strip_prefix(op).is_some_and(|f| f.starts_with(": "));
+    if same {
+        fault
+    } else {
+        format!("{op}: {fault}")
+    }
+}
+
 impl EstimationError {
-    /// For `map_err`: a fault of `op` at step `k`, where an empty intersection is [`Self::Inconsistent`].
+    /// The step that the error names.
+    pub fn step(&self) -> Option<usize> {
+        match self {
+            Self::Inconsistent { k }
+            | Self::Set { k, .. }
+            | Self::Singular { k, .. }
+            | Self::Overflow { k, .. }
+            | Self::Refused { k, .. } => Some(*k),
+            _ => None,
+        }
+    }
+
+    /// What happened, without the step.
+    pub fn cause(&self) -> String {
+        let whole = self.to_string();
+        let Some(k) = self.step() else { return whole };
+        let cause = whole.strip_prefix(&format!("k = {k}"));
+        cause
+            .map_or(&*whole, |cause| cause.trim_start_matches([':', ',', ' ']))
+            .to_owned()
+    }
+
+    /// For `map_err`: a fault of `op` at step `k`, where an empty intersection is [`Self::Inconsistent`], a
+    /// computed number that is not finite [`Self::Overflow`], and a singular matrix [`Self::Singular`].
     pub fn at(k: usize, op: &'static str) -> impl Fn(SetError) -> Self {
         move |source| match source {
             SetError::Empty { .. } => Self::Inconsistent { k },
+            SetError::NotFinite { .. } => Self::Overflow { k, op },
+            SetError::Singular { op: of } => Self::Singular {
+                k,
+                op,
+                reason: format!("the matrix of the {of} has no inverse"),
+            },
             source => Self::Set { k, op, source },
         }
     }
@@ -113,8 +172,21 @@ impl EstimationError {
             kind,
             key,
             expected: expected.into(),
-            got: got.to_string(),
+            got: match got.to_string() {
+                // A number without an exponent may have three hundred zeros.
+                long if long.len() > 20 => long.parse().map_or(long, shortest),
+                short => short,
+            },
         }
+    }
+}
+
+/// `x` in as few digits as it needs, with an exponent where it is very small or very large.
+pub fn shortest(x: f64) -> String {
+    let size = x.abs();
+    match size == 0.0 || !size.is_finite() || (1e-4..1e15).contains(&size) {
+        true => format!("{x}"),
+        false => format!("{x:e}"),
     }
 }
 
@@ -134,5 +206,53 @@ pub(crate) fn finite_vector(
     match v.iter().find(|x| !x.is_finite()) {
         Some(&value) => Err(EstimationError::NotFinite { what, value }),
         None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_keep_their_size() {
+        assert_eq!(shortest(-1e-8), "-1e-8");
+        assert_eq!(shortest(0.0), "0");
+        assert_eq!(shortest(-10.5), "-10.5");
+        assert_eq!(shortest(2.5e300), "2.5e300");
+        assert_eq!(shortest(f64::NAN), "NaN");
+    }
+
+    #[test]
+    fn a_setting_is_shown_short() {
+        let got = |x: f64| EstimationError::setting("ezgkf", "eta", "in [0, 1]", x).to_string();
+        assert_eq!(got(1e-300), "ezgkf: `eta` must be in [0, 1], got 1e-300");
+        assert_eq!(got(1.5), "ezgkf: `eta` must be in [0, 1], got 1.5");
+    }
+
+    #[test]
+    fn an_operation_is_named_once() {
+        let error = |op| EstimationError::Set {
+            k: 3,
+            op,
+            source: SetError::Range {
+                op: "reduce",
+                what: "order",
+                expected: "at least 1",
+                got: 0.0,
+            },
+        };
+        let fault = "reduce: order must be at least 1, got 0";
+        assert_eq!(error("reduce").to_string(), format!("k = 3, {fault}"));
+        assert_eq!(
+            error("predict").to_string(),
+            format!("k = 3, predict: {fault}")
+        );
+        assert_eq!(error("reduce").cause(), fault);
+        assert_eq!(error("reduce").step(), Some(3));
+        let inconsistent = EstimationError::Inconsistent { k: 12 };
+        assert_eq!(
+            inconsistent.cause(),
+            "the measurement contradicts the model (empty intersection)"
+        );
     }
 }

@@ -38,9 +38,9 @@ pub struct Size {
     pub n_generators: Option<usize>,
     /// q, the number of constraints.
     pub n_constraints: Option<usize>,
-    /// tr(G Gᵀ).
+    /// tr(G Gᵀ), a sum over components, which depends on their units.
     pub trace_ggt: Option<f64>,
-    /// The largest half-width of the interval hull.
+    /// The largest half-width of the interval hull, whatever the units of the components.
     pub radius: Option<f64>,
     /// The volume, up to three dimensions.
     pub volume: Option<f64>,
@@ -342,7 +342,7 @@ beliefs!(
     PolytopeBelief,
 );
 
-const VEHICLE_KEYS: [&str; 7] = [
+const VEHICLE_KEYS: [&str; 8] = [
     "generators",
     "gain",
     "reduction",
@@ -350,11 +350,20 @@ const VEHICLE_KEYS: [&str; 7] = [
     "transient",
     "remainder",
     "side",
+    "scale",
 ];
 
-const POLYTOPE_KEYS: [&str; 4] = ["vectors", "choose", "jacobian", "start"];
+const POLYTOPE_KEYS: [&str; 5] = ["vectors", "choose", "jacobian", "start", "facets"];
 
-const MIXED_KEYS: [&str; 6] = ["phi", "eta", "alpha", "gain", "overbars", "merge_parallel"];
+const MIXED_KEYS: [&str; 7] = [
+    "phi",
+    "eta",
+    "alpha",
+    "gain",
+    "overbars",
+    "merge_parallel",
+    "scale",
+];
 
 estimators! {
     Kalman, KalmanSettings, Gaussian, "kalman", [];
@@ -362,12 +371,13 @@ estimators! {
     Ezgkf, EzgkfSettings, MixedBelief, "ezgkf", MIXED_KEYS;
     EzgkfM, EzgkfSettings, MixedBelief, "ezgkf-m", MIXED_KEYS;
     Ezgkp, EzgkpSettings, MixedBelief, "ezgkp",
-        ["phi", "eta", "alpha", "gain", "overbars", "merge_parallel", "form"];
-    Zmv, ZonotopeFilterSettings, ZonotopeBelief, "zmv", ["generators"];
-    Zfo, ZonotopeFilterSettings, ZonotopeBelief, "zfo", ["generators"];
-    Czmv, CzmvSettings, ConstrainedBelief, "czmv", ["generators", "constraints", "h"];
+        ["phi", "eta", "alpha", "gain", "overbars", "merge_parallel", "form", "scale"];
+    Zmv, ZonotopeFilterSettings, ZonotopeBelief, "zmv", ["generators", "scale"];
+    Zfo, ZonotopeFilterSettings, ZonotopeBelief, "zfo", ["generators", "scale"];
+    Czmv, CzmvSettings, ConstrainedBelief, "czmv",
+        ["generators", "constraints", "h", "scale"];
     Czfo, CzfoSettings, ConstrainedBelief, "czfo",
-        ["generators", "constraints", "h", "expansion", "remainder"];
+        ["generators", "constraints", "h", "expansion", "remainder", "scale"];
     Zsmf, VehicleFilterSettings, PoseZonotope, "zsmf", VEHICLE_KEYS;
     Inzsmf, VehicleFilterSettings, PoseZonotope, "inzsmf", VEHICLE_KEYS;
     Rrsr, PolytopeFilterSettings, PolytopeBelief, "rrsr", POLYTOPE_KEYS;
@@ -377,7 +387,7 @@ estimators! {
     Comb, PolytopeFilterSettings, PolytopeBelief, "comb", POLYTOPE_KEYS;
     CombPlus, PolytopeFilterSettings, PolytopeBelief, "comb+", POLYTOPE_KEYS;
     Lift, PolytopeFilterSettings, PolytopeBelief, "lift",
-        ["vectors", "choose", "jacobian", "start", "carry"];
+        ["vectors", "choose", "jacobian", "start", "facets", "carry"];
 }
 
 /// Whether a state in the box `x` lies in the box `hull`.

@@ -2,6 +2,7 @@
 
 use crate::estimator::Shape;
 use zonobench_sets::ellipsoid::Ellipsoid;
+use zonobench_sets::units::power_below;
 use zonobench_sets::zonotope::Zonotope;
 use zonobench_sets::{ConstrainedZonotope, Matrix};
 
@@ -53,10 +54,13 @@ fn zonotope(center: [f64; 2], xs: &[f64], ys: &[f64]) -> Vec<[f64; 2]> {
             .and_then(|g| Zonotope::new(center.to_vec(), g)?.vertices())
             .unwrap_or_default();
     }
+    // Directions of a set about as wide as high.
+    let unit = |row: &[f64]| power_below(row.iter().map(|x| x.abs()).sum());
+    let units = [unit(xs), unit(ys)];
     (0..DIRECTIONS)
         .map(|k| {
             let angle = k as f64 * core::f64::consts::TAU / DIRECTIONS as f64;
-            let d = [libm::cos(angle), libm::sin(angle)];
+            let d = [libm::cos(angle) / units[0], libm::sin(angle) / units[1]];
             xs.iter().zip(ys).fold(center, |p, (x, y)| {
                 let sign = if d[0] * x + d[1] * y >= 0.0 {
                     1.0

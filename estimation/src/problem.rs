@@ -4,8 +4,10 @@
 //! estimator reads the part it understands: set filters the box or the generators, the Kalman filter
 //! mean and covariance, the mixed filters the sum. Everything is checked here, where it is made.
 
+use crate::error::shortest;
 use crate::system::{AnySystem, System};
 use serde::{Deserialize, Serialize};
+use zonobench_sets::covariance::{Fault, Scaled};
 use zonobench_sets::rounding::up;
 use zonobench_sets::{Interval, IntervalVector, Matrix};
 
@@ -19,7 +21,7 @@ pub struct Uncertain {
     pub center: Vec<f64>,
     /// G, n × p.
     pub generators: Option<Matrix>,
-    /// The exact bounds, where the set was given as a box; center and generators then enclose it.
+    /// The exact bounds, where the set was given as a box; center and the generators along axes then enclose it.
     pub bounds: Option<IntervalVector>,
     /// A (q × p) and b (q): only the ξ with A ξ = b belong to the set.
     pub constraints: Option<(Matrix, Vec<f64>)>,
@@ -58,10 +60,6 @@ fn fault(key: &'static str, expected: impl Into<String>, got: impl Into<String>)
         got: got.into(),
     }
 }
-
-/// How far Σ may be from symmetric and from positive semidefinite, relative to its largest entry:
-/// room for a covariance that was computed as a product, and no more.
-pub const COVARIANCE_TOLERANCE: f64 = 1e-12;
 
 impl Uncertain {
     /// The point `c`: nothing is uncertain.
@@ -112,14 +110,24 @@ impl Uncertain {
                 return Err(fault(
                     "box",
                     "finite numbers",
-                    format!("[{lo}, {hi}] in component {}", i + 1),
+                    format!(
+                        "[{}, {}] in component {}",
+                        shortest(lo),
+                        shortest(hi),
+                        i + 1
+                    ),
                 ));
             }
             if lo > hi {
                 return Err(fault(
                     "box",
                     "lower <= upper",
-                    format!("[{lo}, {hi}] in component {}", i + 1),
+                    format!(
+                        "[{}, {}] in component {}",
+                        shortest(lo),
+                        shortest(hi),
+                        i + 1
+                    ),
                 ));
             }
             // Halved first, so that the sum of two large bounds does not overflow.
@@ -194,6 +202,23 @@ impl Uncertain {
         sides.collect()
     }
 
+    /// Whether the generators along axis `i` reach both ends of `side` from the center, certainly.
+    fn covers(&self, i: usize, side: Interval) -> bool {
+        let c = self.center[i];
+        let needed = difference_up(side.hi(), c).max(difference_up(c, side.lo()));
+        let Some(g) = &self.generators else {
+            return needed <= 0.0;
+        };
+        let along = (0..g.cols()).filter(|&j| {
+            let other = |l: usize| l != i && g[(l, j)] != 0.0;
+            g[(i, j)] != 0.0 && !(0..g.rows()).any(other)
+        });
+        let reach = along.fold(Interval::ZERO, |sum, j| {
+            sum + Interval::point(g[(i, j)].abs())
+        });
+        needed <= reach.lo()
+    }
+
     /// Checks every part against dimension `n`: shapes, finite numbers, symmetry and definiteness.
     pub fn validate(&self, n: usize) -> Result<(), UncertainError> {
         finite_vector("center", &self.center, n)?;
@@ -214,6 +239,15 @@ impl Uncertain {
                 "box",
                 format!("{n} pairs [lower, upper]"),
                 bounds.dim().to_string(),
+            ));
+        }
+        if let Some(bounds) = &self.bounds
+            && let Some(i) = (0..n).find(|&i| !self.covers(i, bounds[i]))
+        {
+            return Err(fault(
+                "box",
+                "bounds that the center and the generators along axes enclose",
+                format!("{:?} in component {}", bounds[i], i + 1),
             ));
         }
         if let Some((a, b)) = &self.constraints {
@@ -242,8 +276,8 @@ impl Uncertain {
     }
 }
 
-/// Checks that `s` is n × n, finite, symmetric and positive semidefinite, the last two within
-/// [`COVARIANCE_TOLERANCE`] times the largest entry. `key` names it in the error.
+/// Checks that `s` is n × n, finite, symmetric and positive semidefinite, the last two as [`Scaled::check`] does:
+/// whatever the units of its components. `key` names it in the error.
 pub fn check_covariance(key: &'static str, s: &Matrix, n: usize) -> Result<(), UncertainError> {
     if (s.rows(), s.cols()) != (n, n) {
         return Err(fault(
@@ -253,34 +287,46 @@ pub fn check_covariance(key: &'static str, s: &Matrix, n: usize) -> Result<(), U
         ));
     }
     finite_matrix(key, s)?;
-    let scale = s.as_slice().iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-    let slack = COVARIANCE_TOLERANCE * scale;
-    for i in 0..n {
-        for j in 0..i {
-            if (s[(i, j)] - s[(j, i)]).abs() > slack {
-                let got = format!(
-                    "{} in row {}, column {} and {} in row {}, column {}",
-                    s[(i, j)],
-                    i + 1,
-                    j + 1,
-                    s[(j, i)],
-                    j + 1,
-                    i + 1
-                );
-                return Err(fault(key, "a symmetric matrix", got));
-            }
+    let semidefinite = "a positive semidefinite matrix";
+    let (expected, got) = match Scaled::new(s).check() {
+        Ok(()) => return Ok(()),
+        Err(Fault::Negative { i }) => {
+            let got = format!(
+                "the variance {} of component {}",
+                shortest(s[(i, i)]),
+                i + 1
+            );
+            (semidefinite, got)
         }
-    }
-    let smallest = s
-        .symmetric_eigen()
-        .0
-        .into_iter()
-        .fold(f64::INFINITY, f64::min);
-    if smallest < -slack * n as f64 {
-        let got = format!("the eigenvalue {smallest:.6}");
-        return Err(fault(key, "a positive semidefinite matrix", got));
-    }
-    Ok(())
+        Err(Fault::Asymmetric { i, j }) => {
+            let got = format!(
+                "{} in row {}, column {} and {} in row {}, column {}",
+                shortest(s[(i, j)]),
+                i + 1,
+                j + 1,
+                shortest(s[(j, i)]),
+                j + 1,
+                i + 1
+            );
+            ("a symmetric matrix", got)
+        }
+        Err(Fault::Correlation { i, j }) => {
+            let got = format!(
+                "the covariance {} of components {} and {}, whose variances are {} and {}",
+                shortest(s[(i, j)]),
+                j + 1,
+                i + 1,
+                shortest(s[(j, j)]),
+                shortest(s[(i, i)])
+            );
+            (semidefinite, got)
+        }
+        Err(Fault::Eigenvalue { value }) => {
+            let got = format!("correlations whose matrix has the eigenvalue {value:.2e}");
+            (semidefinite, got)
+        }
+    };
+    Err(fault(key, expected, got))
 }
 
 fn finite_vector(key: &'static str, v: &[f64], n: usize) -> Result<(), UncertainError> {
@@ -291,7 +337,7 @@ fn finite_vector(key: &'static str, v: &[f64], n: usize) -> Result<(), Uncertain
         Some(i) => Err(fault(
             key,
             "finite numbers",
-            format!("{} in component {}", v[i], i + 1),
+            format!("{} in component {}", shortest(v[i]), i + 1),
         )),
         None => Ok(()),
     }
@@ -304,7 +350,7 @@ fn finite_matrix(key: &'static str, m: &Matrix) -> Result<(), UncertainError> {
             Err(fault(
                 key,
                 "finite numbers",
-                format!("{} in row {i}, column {j}", m.as_slice()[at]),
+                format!("{} in row {i}, column {j}", shortest(m.as_slice()[at])),
             ))
         }
         None => Ok(()),
@@ -433,7 +479,29 @@ mod tests {
         );
         assert_eq!(
             message(&covariance([[1.0, 2.0], [2.0, 1.0]]), 2),
-            "covariance: expected a positive semidefinite matrix, got the eigenvalue -1.000000"
+            "covariance: expected a positive semidefinite matrix, got the covariance 2 of components 1 and 2, \
+             whose variances are 1 and 1"
+        );
+        let wide = |rows: [[f64; 3]; 3]| {
+            let s = Matrix::from_rows(&rows).unwrap();
+            message(&Uncertain::gaussian(vec![0.0; 3], s), 3)
+        };
+        assert_eq!(
+            wide([[1e6, 0.0, 0.0], [0.0, 1e-8, 2e-8], [0.0, 2e-8, 1e-8]]),
+            "covariance: expected a positive semidefinite matrix, got the covariance 2e-8 of components 2 and 3, \
+             whose variances are 1e-8 and 1e-8"
+        );
+        assert_eq!(
+            wide([[1e6, 0.0, 0.0], [0.0, -2.96e-8, 0.0], [0.0, 0.0, 1.0]]),
+            "covariance: expected a positive semidefinite matrix, got the variance -2.96e-8 of component 2"
+        );
+        assert_eq!(
+            wide([
+                [1.0, 0.0009, 0.0009],
+                [0.0009, 1e-6, -9e-7],
+                [0.0009, -9e-7, 1e-6]
+            ]),
+            "covariance: expected a positive semidefinite matrix, got correlations whose matrix has the eigenvalue -8.00e-1"
         );
         assert!(
             covariance([[1.0, 2.0], [2.0, 4.0]]).validate(2).is_ok(),

@@ -16,6 +16,7 @@
 //! `omega` is in radians per unit of time, and `dt` is the time a step takes; `dt` = 1 when it is not
 //! given, so that ω is then in radians per step.
 
+use crate::error::shortest;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -203,7 +204,7 @@ fn finite(key: &'static str, x: f64) -> Result<(), SignalError> {
     if x.is_finite() {
         Ok(())
     } else {
-        Err(error(key, "a finite number", x.to_string()))
+        Err(error(key, "a finite number", shortest(x)))
     }
 }
 
@@ -211,7 +212,7 @@ fn positive(key: &'static str, x: f64) -> Result<(), SignalError> {
     if x.is_finite() && x > 0.0 {
         Ok(())
     } else {
-        Err(error(key, "a positive number", x.to_string()))
+        Err(error(key, "a positive number", shortest(x)))
     }
 }
 

@@ -167,6 +167,28 @@ impl AnySystem {
         }
     }
 
+    /// The key of [`AnySystem::period`] in a file.
+    pub fn period_key(&self) -> Option<&'static str> {
+        match self {
+            Self::VanDerPol(_) => Some("ts"),
+            Self::VehicleSe2(_) | Self::Quadrotor(_) => Some("dt"),
+            Self::Unicycle(_) => Some("t0"),
+            Self::Equations(s) => s.period().map(|_| "period"),
+            Self::Linear(_) | Self::Lpv(_) | Self::Raimondo(_) => None,
+        }
+    }
+
+    /// Whether the measurement equation h(k, x_k, u_k, v_k) holds u_k. Where it does not, nothing reads the input of
+    /// the last step.
+    pub fn measures_input(&self) -> bool {
+        match self {
+            Self::Linear(s) => s.parts().d.as_slice().iter().any(|&d| d != 0.0),
+            Self::Lpv(_) | Self::VanDerPol(_) | Self::Raimondo(_) => false,
+            Self::VehicleSe2(_) | Self::Quadrotor(_) | Self::Unicycle(_) => false,
+            Self::Equations(s) => s.measures_input(),
+        }
+    }
+
     /// A, B, C, D of a linear time-invariant system, and None for every other.
     pub fn linear_parts(&self) -> Option<LinearParts> {
         match self {
@@ -242,4 +264,70 @@ pub(crate) fn plus_row_times<S: Real>(sum: S, row: &[f64], u: &[f64]) -> S {
         .zip(u)
         .filter(|(m, _)| **m != 0.0)
         .fold(sum, |sum, (&m, &u)| sum + S::constant(u) * m)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::systems::Form;
+    use crate::systems::equations::{Motion, Source};
+
+    /// x⁺ = sin(x) + u, y = `output`.
+    fn equations(output: &str) -> AnySystem {
+        let named = |name: &str| vec![(name.to_owned(), "1".to_owned())];
+        let source = Source {
+            x: named("x1"),
+            u: named("u1"),
+            w: Vec::new(),
+            y: named("y1"),
+            v: Vec::new(),
+            parameters: Vec::new(),
+            definitions: Vec::new(),
+            motion: Motion::Next(vec![("x1".to_owned(), "sin(x1) + u1".to_owned())]),
+            output: vec![("y1".to_owned(), output.to_owned())],
+            period: None,
+        };
+        AnySystem::Equations(Equations::new(source).unwrap())
+    }
+
+    #[test]
+    fn a_system_that_does_not_measure_its_input_has_the_same_output_for_any() {
+        let m = |rows: &[&[f64]]| {
+            let rows: Vec<Vec<f64>> = rows.iter().map(|row| row.to_vec()).collect();
+            Matrix::from_rows(&rows).unwrap()
+        };
+        let (one, b) = (m(&[&[0.9]]), Some(m(&[&[1.0, 2.0]])));
+        let linear = |d| Linear::new(one.clone(), b.clone(), one.clone(), d).map(AnySystem::Linear);
+        let systems = [
+            linear(None).unwrap(),
+            linear(Some(m(&[&[0.0, -0.0]]))).unwrap(),
+            linear(Some(m(&[&[0.0, 1e-300]]))).unwrap(),
+            AnySystem::Lpv(
+                Lpv::new(one.clone(), vec![one.clone()], b.clone(), one.clone()).unwrap(),
+            ),
+            AnySystem::VanDerPol(VanDerPol::new(0.1).unwrap()),
+            AnySystem::Raimondo(Raimondo::default()),
+            AnySystem::VehicleSe2(VehicleSe2::new(0.1, Form::default()).unwrap()),
+            AnySystem::Quadrotor(Quadrotor::new(1.0, 0.2, [0.1, 0.1, 0.2], 9.81, 0.01).unwrap()),
+            AnySystem::Unicycle(Unicycle::new(1.0, 0.3, 0.1, vec![[5.0, 15.0]]).unwrap()),
+            equations("x1 * x1"),
+            equations("x1 * x1 + 3 * u1"),
+            equations("u1"),
+        ];
+        for system in systems {
+            let sizes = system.variables();
+            let x: Vec<f64> = (1..=sizes.x.len()).map(|i| 0.1 * i as f64).collect();
+            let v = vec![0.0; sizes.v.len()];
+            let output = |u: f64| {
+                let mut y = vec![0.0; sizes.y.len()];
+                system.h(3, &x, &vec![u; sizes.u.len()], &v, &mut y);
+                y
+            };
+            assert_eq!(
+                output(1e300) == output(-1e300),
+                !system.measures_input(),
+                "{system:?}"
+            );
+        }
+    }
 }

@@ -16,6 +16,27 @@ pub struct Step<B = AnyBelief> {
     pub updated: Result<B, EstimationError>,
 }
 
+/// What an estimator is given, step by step.
+pub trait Data {
+    /// u_k; empty for a system without inputs.
+    fn input(&self, k: usize) -> &[f64];
+    /// y_k, with None for a component that was not measured.
+    fn measurement(&self, k: usize) -> Measurement<'_>;
+}
+
+/// u_k and y_k of every step.
+pub type Given<'a> = (&'a [Vec<f64>], &'a [Vec<Option<f64>>]);
+
+/// The inputs and the measurements of every step; one that is missing altogether is of dimension 0.
+impl Data for (&[Vec<f64>], &[Vec<Option<f64>>]) {
+    fn input(&self, k: usize) -> &[f64] {
+        self.0.get(k).map_or(&[], Vec::as_slice)
+    }
+    fn measurement(&self, k: usize) -> Measurement<'_> {
+        self.1.get(k).map_or(&[], Vec::as_slice)
+    }
+}
+
 /// Runs `estimator` from k = 0 to k = `steps`.
 ///
 /// `inputs[k]` is u_k; an empty slice stands for a system without inputs. `measurements[k]` is y_k.
@@ -27,38 +48,33 @@ pub fn track<'a, E: Estimator>(
     steps: usize,
     inputs: &'a [Vec<f64>],
     measurements: &'a [Vec<Option<f64>>],
-) -> Track<'a, E> {
-    Track {
-        estimator,
-        steps,
-        inputs,
-        measurements,
-        k: 0,
-        belief: None,
-        ended: false,
-    }
+) -> Track<'a, E, Given<'a>> {
+    Track::new(estimator, steps, (inputs, measurements))
 }
 
-/// See [`track`].
+/// The steps of an estimator on recorded data; see [`track`].
 #[derive(Debug)]
-pub struct Track<'a, E: Estimator> {
+pub struct Track<'a, E: Estimator, D> {
     estimator: &'a E,
     steps: usize,
-    inputs: &'a [Vec<f64>],
-    measurements: &'a [Vec<Option<f64>>],
+    data: D,
     k: usize,
     /// The updated belief of the step before, not yet reduced.
     belief: Option<E::Belief>,
     ended: bool,
 }
 
-impl<'a, E: Estimator> Track<'a, E> {
-    fn input(&self, k: usize) -> &'a [f64] {
-        self.inputs.get(k).map_or(&[], Vec::as_slice)
-    }
-
-    fn measurement(&self, k: usize) -> Measurement<'a> {
-        self.measurements.get(k).map_or(&[], Vec::as_slice)
+impl<'a, E: Estimator, D: Data> Track<'a, E, D> {
+    /// As [`track`], on data that need not lie in lists.
+    pub fn new(estimator: &'a E, steps: usize, data: D) -> Self {
+        Self {
+            estimator,
+            steps,
+            data,
+            k: 0,
+            belief: None,
+            ended: false,
+        }
     }
 
     fn predict(&mut self, k: usize) -> Result<E::Belief, EstimationError> {
@@ -66,13 +82,14 @@ impl<'a, E: Estimator> Track<'a, E> {
             None => Ok(self.estimator.prior()),
             Some(belief) => {
                 let belief = self.estimator.reduce_order(k - 1, belief)?;
-                self.estimator.predict(k, &belief, self.input(k - 1))
+                let input = self.data.input(k - 1);
+                self.estimator.predict(k, &belief, input)
             }
         }
     }
 }
 
-impl<E: Estimator> Iterator for Track<'_, E> {
+impl<E: Estimator, D: Data> Iterator for Track<'_, E, D> {
     type Item = Step<E::Belief>;
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -95,8 +112,8 @@ impl<E: Estimator> Iterator for Track<'_, E> {
         let updated = if k == 0 && !self.estimator.uses_first_measurement() {
             Ok(predicted.clone())
         } else {
-            self.estimator
-                .update(k, &predicted, self.input(k), self.measurement(k))
+            let (u, y) = (self.data.input(k), self.data.measurement(k));
+            self.estimator.update(k, &predicted, u, y)
         };
         match &updated {
             Ok(belief) => self.belief = Some(belief.clone()),

@@ -7,12 +7,14 @@
 //! e_{k+1} ∈ J([x_k]) e_k + l_k,  l_k = f(x_k, w_k) − x_{k+1} evaluated on intervals.
 //!
 //! A box around e_k would wrap and grow even where the system contracts, so e_k is kept as S_k z_k with
-//! S_k an (almost) orthogonal matrix that follows the flow and z_k a box: Lohner's method.
+//! S_k an (almost) orthogonal matrix that follows the flow and z_k a box: Lohner's method. "Orthogonal" is meant in units of
+//! the components, the powers of two at or below the largest |x_k| of each: a rounding of metres is none of radians.
 //!
 //! Source: [Lohner1987], the QR variant.
 
 use crate::system::System;
 use zonobench_sets::number::{Function, Real, jacobian};
+use zonobench_sets::units::power_below;
 use zonobench_sets::{Interval, IntervalMatrix, IntervalVector, Matrix};
 
 /// x ↦ f(k, x, u, w) at one step.
@@ -48,6 +50,8 @@ pub fn trajectory_error<Sys: System>(
     w: &[Vec<f64>],
 ) -> Vec<Vec<f64>> {
     let n = x.first().map_or(0, Vec::len);
+    let largest = |i: usize| x.iter().fold(0.0_f64, |l, x| l.max(x[i].abs()));
+    let units: Vec<f64> = (0..n).map(|i| power_below(largest(i))).collect();
     let mut radii = vec![vec![0.0; n]];
     let mut frame = Matrix::identity(n);
     let mut error = IntervalVector::new(vec![Interval::ZERO; n]);
@@ -68,9 +72,13 @@ pub fn trajectory_error<Sys: System>(
         let at: Vec<Interval> = x[k].iter().map(|&c| Interval::point(c)).collect();
         let mut image = vec![Interval::ZERO; n];
         step.evaluate(&at, &mut image);
-        let local: Vec<Interval> = image.iter().zip(&x[k + 1]).map(|(f, &x)| *f - x).collect();
+        let local = image.iter().zip(&x[k + 1]).zip(&units);
+        let local: Vec<Interval> = local.map(|((f, &x), u)| (*f - x) * (1.0 / u)).collect();
         let derivative = jacobian(&step, &over);
-        let flow = IntervalMatrix::from_fn(n, n, |i, j| derivative.get(i, j)).mul_matrix(&frame);
+        let flow = IntervalMatrix::from_fn(n, n, |i, j| {
+            derivative.get(i, j) * units[j] * (1.0 / units[i])
+        });
+        let flow = flow.mul_matrix(&frame);
         let next = orthonormal_frame(&flow.mid(), &error.rad());
         error = in_frame(&next, &flow, &error, &local);
         frame = next;
@@ -79,7 +87,7 @@ pub fn trajectory_error<Sys: System>(
                 .iter()
                 .zip(frame.row(i))
                 .fold(Interval::ZERO, |s, (z, &q)| s + *z * q);
-            component.mag()
+            (component * units[i]).mag()
         });
         // The direct image of the box bounds the same error, and is the better one now and then.
         let radius = by_frame

@@ -7,8 +7,8 @@ use draws::Draws;
 use zonobench_estimation::estimators::PolytopeBelief;
 use zonobench_estimation::systems::{Form, Linear, QuotientForm, Raimondo, Unicycle, VehicleSe2};
 use zonobench_estimation::{
-    AnyBelief, AnyEstimator, AnySystem, Belief, EstimationError, EstimatorSettings, Problem,
-    System, Uncertain, track,
+    AnyBelief, AnyEstimator, AnySystem, Belief, EstimationError, Estimator, EstimatorSettings,
+    Problem, System, Uncertain, track,
 };
 use zonobench_sets::{Containment, Interval, Matrix};
 
@@ -340,6 +340,35 @@ fn vehicle() -> Problem {
         w,
         v: Uncertain::from_box(&[-0.2; 2], &[0.2; 2]).unwrap(),
     })
+}
+
+#[test]
+fn a_known_process_noise_that_turns_with_the_heading_is_taken_for_what_it_is() {
+    let mut draws = Draws::new(46);
+    let problem = Problem {
+        w: Uncertain::point(vec![0.05, 0.5, -0.25]),
+        ..vehicle()
+    };
+    let path = simulate(&problem, 3, &mut draws, true);
+    for settings in METHODS {
+        volumes(settings, &problem, &path);
+    }
+}
+
+#[test]
+fn a_belief_judges_its_set_and_not_its_outline() {
+    // The prior is a square in a plane of space, of which no facet of its outline is the plane's edge.
+    let g = Matrix::from_rows(&[[1.0, 1.0], [1.0, -1.0], [0.0, 0.0]]).unwrap();
+    let problem = Problem {
+        prior: Uncertain::zonotope(vec![0.0; 3], g),
+        ..unicycle()
+    };
+    for settings in METHODS {
+        let belief = estimator(settings, &problem).prior();
+        let at = |x: [f64; 3]| belief.contains(&x.map(Interval::point));
+        assert_eq!(at([1.9, 1.9, 0.0]), Containment::Outside, "{settings}");
+        assert_eq!(at([0.5, 0.5, 0.0]), Containment::Inside, "{settings}");
+    }
 }
 
 #[test]

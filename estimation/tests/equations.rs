@@ -361,3 +361,47 @@ fn every_estimator_that_takes_a_system_of_equations_holds_its_state_under_vertex
         assert!(judged >= 3 * 3 * 2 * steps, "{}: {judged} sets", case.name);
     }
 }
+
+#[test]
+fn a_measurement_whose_coefficient_is_an_input_is_read_with_the_input_of_its_step() {
+    // y = u x + v: at u = 0, where the derivative is taken first, y says nothing of x.
+    let mut source = source("x", &[], &[], &[("x", "x/2 + w1")], &[("y", "u*x + v1")]);
+    source.u = names("u");
+    let one = |r: f64| Uncertain::from_box(&[-r], &[r]).unwrap();
+    let problem = Problem {
+        system: AnySystem::Equations(Equations::new(source).unwrap()),
+        prior: one(1.0),
+        w: one(0.1),
+        v: one(0.01),
+    };
+    for kind in [
+        r#"{"kind": "zmv", "generators": 8}"#,
+        r#"{"kind": "czmv", "generators": 8, "constraints": 2}"#,
+        r#"{"kind": "czfo", "generators": 8, "constraints": 2}"#,
+    ] {
+        let settings: EstimatorSettings = serde_json::from_str(kind).unwrap();
+        let filter = AnyEstimator::new(&settings, &problem).unwrap();
+        let mut x = 0.75;
+        let (inputs, mut xs, mut ys) = ([2.0, -4.0, 0.0, 0.7], Vec::new(), Vec::new());
+        for u in inputs {
+            ys.push(vec![Some(u * x)]);
+            xs.push(x);
+            x /= 2.0;
+        }
+        let u: Vec<Vec<f64>> = inputs.iter().map(|&u| vec![u]).collect();
+        for step in track(&filter, 3, &u, &ys) {
+            match step.updated {
+                Ok(belief) => {
+                    let at = [Interval::point(xs[step.k])];
+                    assert_ne!(belief.contains(&at), Containment::Outside, "{kind}");
+                    let width = belief.interval_hull().unwrap()[0].width();
+                    assert!(step.k > 0 || width < 0.011, "{kind}: {width}");
+                }
+                Err(error) => assert!(
+                    matches!(error, EstimationError::Refused { .. }),
+                    "{kind}: {error}"
+                ),
+            }
+        }
+    }
+}

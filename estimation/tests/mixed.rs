@@ -22,6 +22,7 @@ fn settings(phi: usize, eta: f64, alpha: f64) -> EzgkfSettings {
         gain: Gain::Optimal,
         overbars: true,
         merge_parallel: false,
+        scale: Default::default(),
     }
 }
 
@@ -309,6 +310,7 @@ fn without_delta_the_interval_matrix_form_and_the_predictor_forms_agree() {
             gain: Gain::Optimal,
             overbars: true,
             merge_parallel: false,
+            scale: Default::default(),
             form,
         }))
     };
@@ -402,6 +404,7 @@ fn the_true_state_stays_in_the_confidence_box_of_the_lpv_example() {
                 gain: Gain::Optimal,
                 overbars: true,
                 merge_parallel: false,
+                scale: Default::default(),
                 form: Form::Ak,
             }),
         };

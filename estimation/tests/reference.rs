@@ -302,6 +302,7 @@ fn mixed_agrees(name: &str) {
         gain: Gain::Optimal,
         overbars: true,
         merge_parallel: false,
+        scale: Default::default(),
     };
     let predictor = |form| {
         EstimatorSettings::Ezgkp(EzgkpSettings {
@@ -311,6 +312,7 @@ fn mixed_agrees(name: &str) {
             gain: Gain::Optimal,
             overbars: true,
             merge_parallel: false,
+            scale: Default::default(),
             form,
         })
     };

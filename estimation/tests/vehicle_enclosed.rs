@@ -272,3 +272,66 @@ fn a_measurement_that_no_pose_agrees_with_is_inconsistent() {
         Err(EstimationError::Inconsistent { k: 0 })
     ));
 }
+
+#[test]
+fn a_gain_that_lags_ends_no_run_by_a_singular_innovation() {
+    // v is small and exact in one direction, and the prior long and thin: C P C' + Q_v is singular to rounding.
+    for (start, v) in [
+        ([0.5, 1e3, 1e3], [1e-6, 1e-6]),
+        ([1e-3, 1e6, 1e6], [1e-4, 0.0]),
+        ([0.5, 0.0, 0.0], [0.0, 0.0]),
+    ] {
+        for form in [Form::Euler, Form::Group] {
+            let problem = Problem {
+                v: Uncertain::from_box(&v.map(|v: f64| -v), &v).unwrap(),
+                w: Uncertain::from_box(&[-1e-9; 3], &[1e-9; 3]).unwrap(),
+                ..problem(form, start)
+            };
+            let filter = estimator(
+                r#"{"kind": "inzsmf", "generators": 60, "remainder": "enclosed", "transient": "lag"}"#,
+                &problem,
+            );
+            let u = vec![vec![0.4, 8.0]; 60];
+            let data = run_for(&problem, [FRAC_PI_2, 0.0, 0.0], &u, 59);
+            let y: Vec<Vec<Option<f64>>> = data
+                .y
+                .iter()
+                .map(|y| y.iter().copied().map(Some).collect())
+                .collect();
+            for step in track(&filter, 59, &u, &y) {
+                match step.updated {
+                    Ok(belief) => {
+                        let x: Vec<Interval> = data.x[step.k]
+                            .iter()
+                            .zip(&data.rounding[step.k])
+                            .map(|(&x, &r)| Interval::from_center_radius(x, r))
+                            .collect();
+                        assert_ne!(belief.contains(&x), Containment::Outside, "{start:?} {v:?}");
+                    }
+                    // Without noise y has no room for its own rounding.
+                    Err(EstimationError::Inconsistent { .. }) if v[1] == 0.0 => break,
+                    Err(EstimationError::Refused { .. }) => break,
+                    Err(error) => panic!("{start:?} {v:?} {form:?}: {error}"),
+                }
+            }
+        }
+    }
+}
+
+fn run_for(problem: &Problem, x0: [f64; 3], u: &[Vec<f64>], steps: usize) -> Trajectory {
+    let truth = Truth {
+        x0: InitialState::Point(x0.to_vec()),
+        w: given(1e-9, (0..steps).map(|_| vec![1.0; 3])),
+        v: given(0.0, (0..=steps).map(|_| vec![0.0; 2])),
+        delta: None,
+    };
+    simulate(
+        &problem.system,
+        &truth,
+        &Inputs::Data(u.to_vec()),
+        7,
+        0,
+        steps,
+    )
+    .unwrap()
+}

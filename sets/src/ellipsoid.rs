@@ -2,6 +2,7 @@
 //!
 //! These belong to probabilities: nothing here is rounded outward.
 
+use crate::covariance::{Scaled, TOLERANCE};
 use crate::{IntervalVector, Matrix, SetError};
 use std::f64::consts::TAU;
 
@@ -17,15 +18,15 @@ pub struct Ellipsoid {
     sigma: f64,
 }
 
-/// Eigenvalues of P above −`SEMIDEFINITE` · λ_max count as rounding, and below `SEMIDEFINITE` · λ_max as 0.
-const SEMIDEFINITE: f64 = 1e-12;
+/// Of a component whose variance is 0, x agrees with c if they differ by no more than this part of them.
+const AGREE: f64 = 1e-12;
 
 impl Ellipsoid {
     /// From a center c in ℝⁿ, a symmetric positive semidefinite P n × n, a level σ ≥ 0.
     ///
     /// Fails with `Dimension` if shapes differ or n = 0, `NotFinite` at a NaN or infinite number,
-    /// `Singular` if P is not symmetric positive semidefinite (to 10⁻¹² of its largest entry or
-    /// eigenvalue), `Range` if σ < 0.
+    /// `Singular` if P is not symmetric positive semidefinite ([`Scaled::check`]: in units near the standard
+    /// deviations of its components), `Range` if σ < 0.
     pub fn new(c: Vec<f64>, p: Matrix, sigma: f64) -> Result<Self, SetError> {
         const OP: &str = "ellipsoid";
         let n = c.len();
@@ -57,13 +58,7 @@ impl Ellipsoid {
                 got: sigma,
             });
         }
-        let largest = p.as_slice().iter().fold(0.0_f64, |a, x| a.max(x.abs()));
-        let skew = p.sub(&p.transpose());
-        let asymmetric = |x: &f64| x.abs() > SEMIDEFINITE * largest;
-        let (values, _) = p.symmetric_eigen();
-        let greatest = values.iter().copied().fold(0.0, f64::max);
-        let negative = |&x: &f64| x < -SEMIDEFINITE * greatest;
-        if skew.as_slice().iter().any(asymmetric) || values.iter().any(negative) {
+        if Scaled::new(&p).check().is_err() {
             return Err(SetError::Singular { op: OP });
         }
         Ok(Self {
@@ -130,19 +125,35 @@ impl Ellipsoid {
 
     /// The square of the Mahalanobis distance, (x − c)ᵀ P⁻¹ (x − c).
     ///
-    /// Along an eigenvector of (relatively) no eigenvalue the term is 0 where x agrees with c to
-    /// 10⁻⁶ √λ_max (10⁻¹² λ_max being the variance that counts as none), else the distance is ∞.
-    /// Fails with `Dimension`.
+    /// It does not depend on the components' units: P and x − c are first divided by powers of two near the standard
+    /// deviations. There, along an eigenvector of an eigenvalue below 10⁻¹² of the greatest, the term is 0 where x
+    /// agrees with c to 10⁻⁶ of its root, else the distance is ∞; so it is for a component without variance that
+    /// differs from c by more than 10⁻¹² of |x| + |c|. Fails with `Dimension`.
     pub fn squared_distance(&self, x: &[f64]) -> Result<f64, SetError> {
         self.same("distance in an ellipsoid", x.len())?;
-        let offset: Vec<f64> = x.iter().zip(&self.c).map(|(x, c)| x - c).collect();
-        let (values, vectors) = self.p.symmetric_eigen();
+        let varies: Vec<usize> = (0..x.len()).filter(|&i| self.p[(i, i)] > 0.0).collect();
+        let agrees = |i: usize| {
+            let (x, c) = (x[i], self.c[i]);
+            varies.contains(&i) || (x - c).abs() <= AGREE * (x.abs() + c.abs())
+        };
+        if !(0..x.len()).all(agrees) {
+            return Ok(f64::INFINITY);
+        }
+        let n = varies.len();
+        if n == 0 {
+            return Ok(0.0);
+        }
+        let part = Matrix::from_fn(n, n, |i, j| self.p[(varies[i], varies[j])]);
+        let Scaled { units, matrix } = Scaled::new(&part);
+        let offset = varies.iter().zip(&units);
+        let offset: Vec<f64> = offset.map(|(&i, u)| (x[i] - self.c[i]) / u).collect();
+        let (values, vectors) = matrix.symmetric_eigen();
         let greatest = values.iter().copied().fold(0.0, f64::max);
         let along = vectors.transpose().mul_vec(&offset);
         let terms = values.iter().zip(&along).map(|(&value, &z)| {
-            if value > SEMIDEFINITE * greatest {
+            if value > TOLERANCE * greatest {
                 z * z / value
-            } else if z * z <= SEMIDEFINITE * greatest {
+            } else if z * z <= TOLERANCE * greatest {
                 0.0
             } else {
                 f64::INFINITY
@@ -365,6 +376,28 @@ mod tests {
         assert!(e.contains(&[1.0, 2.0]).unwrap());
         assert!(!e.contains(&[1.0, 1.9]).unwrap());
         assert!(!e.contains(&[2.1, 4.2]).unwrap());
+    }
+
+    #[test]
+    fn a_metre_beside_a_milliradian_changes_no_distance() {
+        for (a, b) in [(1e6_f64, 1e-6_f64), (1e-12, 1e18), (1e200, 1e-200)] {
+            let p = Matrix::from_rows(&[[a, 0.5 * (a * b).sqrt()], [0.5 * (a * b).sqrt(), b]]);
+            let e = Ellipsoid::new(vec![0.0; 2], p.unwrap(), 1.5).unwrap();
+            // (1, −1) in standard deviations: (1 + 1 + 2 ½)/(1 − ¼) = 4; (1, ½): 1.
+            let at = |x: f64, y: f64| e.squared_distance(&[x * a.sqrt(), y * b.sqrt()]).unwrap();
+            assert!((at(1.0, -1.0) - 4.0).abs() < 1e-14, "{}", at(1.0, -1.0));
+            assert!((at(1.0, 0.5) - 1.0).abs() < 1e-14);
+            assert!(e.contains(&[a.sqrt(), 0.5 * b.sqrt()]).unwrap());
+            assert!(!e.contains(&[a.sqrt(), -b.sqrt()]).unwrap());
+        }
+    }
+
+    #[test]
+    fn a_component_without_variance_must_agree() {
+        let p = Matrix::from_rows(&[[1e6, 0.0], [0.0, 0.0]]).unwrap();
+        let e = Ellipsoid::new(vec![0.0, 1e-3], p, 1.0).unwrap();
+        assert!(e.contains(&[500.0, 1e-3]).unwrap());
+        assert!(!e.contains(&[500.0, 1.001e-3]).unwrap());
     }
 
     #[test]

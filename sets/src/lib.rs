@@ -36,6 +36,7 @@
 
 pub mod constrained_zonotope;
 pub mod containment;
+pub mod covariance;
 pub mod ellipsoid;
 pub mod error;
 pub mod interval_matrix;
@@ -52,6 +53,7 @@ pub mod reduction;
 pub mod rounding;
 pub mod se2;
 pub mod strip;
+pub mod units;
 pub mod zonotope;
 pub mod zonotopic_gaussian;
 
@@ -64,7 +66,7 @@ pub use interval_vector::IntervalVector;
 pub use list::List;
 pub use matrix::Matrix;
 pub use number::{Dual, Interval, Real};
-pub use polytope::{Frame, Polytope, Slab};
+pub use polytope::{FacetBound, Frame, Polytope, Slab};
 pub use reduction::Reduction;
 pub use se2::Se2;
 pub use zonotope::Zonotope;

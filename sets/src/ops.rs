@@ -81,6 +81,10 @@ pub struct Counts {
     pub pivots: u64,
     /// Variables that went to their other bound without a pivot.
     pub flips: u64,
+    /// Linear programs in which the simplex gave up before its optimum.
+    pub unfinished: u64,
+    /// Linear programs given to the interior-point solver besides; its bits may depend on the processor.
+    pub fallbacks: u64,
     /// Constraints eliminated.
     pub eliminations: u64,
     /// Σ N_d (N_d + rows)³ over the linear programs.
@@ -106,6 +110,8 @@ impl AddAssign for Counts {
         self.programs += other.programs;
         self.pivots += other.pivots;
         self.flips += other.flips;
+        self.unfinished += other.unfinished;
+        self.fallbacks += other.fallbacks;
         self.eliminations += other.eliminations;
         self.program_model += other.program_model;
         self.elimination_model += other.elimination_model;
@@ -156,6 +162,45 @@ struct Open {
     tally: Tally,
     stage: Stage,
     kernel: Kernel,
+    clock: Option<Clock>,
+}
+
+/// A caller's clock, read where the stage changes.
+struct Clock {
+    now: fn() -> u64,
+    since: u64,
+    spent: StageTimes,
+}
+
+impl Clock {
+    /// What has passed since it was last read goes to `stage`.
+    fn charge(&mut self, stage: Stage) {
+        let now = (self.now)();
+        self.spent.0[stage as usize] += now.saturating_sub(self.since);
+        self.since = now;
+    }
+}
+
+impl Open {
+    fn switch(&mut self, stage: Stage, kernel: Kernel) {
+        if stage != self.stage
+            && let Some(clock) = &mut self.clock
+        {
+            clock.charge(self.stage);
+        }
+        (self.stage, self.kernel) = (stage, kernel);
+    }
+}
+
+/// What a clock said of each stage, in its own unit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StageTimes([u64; Stage::ALL.len()]);
+
+impl StageTimes {
+    /// The time in `stage`, without that in stages within it.
+    pub fn of(&self, stage: Stage) -> u64 {
+        self.0[stage as usize]
+    }
 }
 
 /// Threads that have a tally open; a kernel looks no further while there is none.
@@ -169,6 +214,20 @@ thread_local! {
 ///
 /// Tallies nest: the outer one counts what the inner ones did as well.
 pub fn tally<T>(work: impl FnOnce() -> T) -> (T, Tally) {
+    let (result, tally, _) = opened(None, work);
+    (result, tally)
+}
+
+/// Runs `work` and returns how long it was in each stage by `clock`, which is the caller's: none is in here.
+///
+/// The tally is on meanwhile and costs a little in every kernel. What an inner tally does counts to the stage that it
+/// was opened in.
+pub fn clocked<T>(clock: fn() -> u64, work: impl FnOnce() -> T) -> (T, StageTimes) {
+    let (result, _, times) = opened(Some(clock), work);
+    (result, times)
+}
+
+fn opened<T>(clock: Option<fn() -> u64>, work: impl FnOnce() -> T) -> (T, Tally, StageTimes) {
     /// Closes the tally also where `work` panics.
     struct Scope;
     impl Drop for Scope {
@@ -192,14 +251,28 @@ pub fn tally<T>(work: impl FnOnce() -> T) -> (T, Tally) {
             tally: Tally::default(),
             stage,
             kernel,
+            clock: clock.map(|now| Clock {
+                now,
+                since: now(),
+                spent: StageTimes::default(),
+            }),
         });
     });
     OPEN.fetch_add(1, Ordering::Relaxed);
     let scope = Scope;
     let result = work();
-    let counted = HERE.with_borrow(|open| open.last().map(|o| o.tally));
+    let (tally, times) = HERE.with_borrow_mut(|open| {
+        let Some(open) = open.last_mut() else {
+            return Default::default();
+        };
+        let times = open.clock.as_mut().map(|clock| {
+            clock.charge(open.stage);
+            clock.spent
+        });
+        (open.tally, times.unwrap_or_default())
+    });
     drop(scope);
-    (result, counted.unwrap_or_default())
+    (result, tally, times)
 }
 
 /// Until it is dropped, counts go to another stage or kernel.
@@ -214,7 +287,7 @@ impl Drop for Within {
         if let Some((stage, kernel)) = self.before {
             HERE.with_borrow_mut(|open| {
                 if let Some(open) = open.last_mut() {
-                    (open.stage, open.kernel) = (stage, kernel);
+                    open.switch(stage, kernel);
                 }
             });
         }
@@ -224,24 +297,25 @@ impl Drop for Within {
 /// Counts go to `stage` while the scope lives.
 #[inline]
 pub fn stage(stage: Stage) -> Within {
-    within(|open| open.stage = stage)
+    within(|_, kernel| (stage, kernel))
 }
 
 /// Counts go to `kernel` while the scope lives.
 #[inline]
 pub fn kernel(kernel: Kernel) -> Within {
-    within(|open| open.kernel = kernel)
+    within(|stage, _| (stage, kernel))
 }
 
 #[inline]
-fn within(change: impl FnOnce(&mut Open)) -> Within {
+fn within(change: impl FnOnce(Stage, Kernel) -> (Stage, Kernel)) -> Within {
     if !on() {
         return Within { before: None };
     }
     HERE.with_borrow_mut(|open| Within {
         before: open.last_mut().map(|open| {
             let before = (open.stage, open.kernel);
-            change(open);
+            let (stage, kernel) = change(before.0, before.1);
+            open.switch(stage, kernel);
             before
         }),
     })
@@ -313,6 +387,22 @@ pub(crate) fn pivot(flips: usize) {
     }
 }
 
+/// The simplex gave up.
+#[inline(always)]
+pub(crate) fn unfinished() {
+    if on() {
+        add(|c| c.unfinished += 1);
+    }
+}
+
+/// The interior-point solver is asked.
+#[inline(always)]
+pub(crate) fn fallback() {
+    if on() {
+        add(|c| c.fallbacks += 1);
+    }
+}
+
 /// One of `rows` constraints on `cols` generators is eliminated.
 #[inline(always)]
 pub(crate) fn elimination(rows: usize, cols: usize) {
@@ -369,5 +459,34 @@ mod tests {
             count(1, 2);
         });
         assert_eq!(here.total().arithmetic(), 3);
+    }
+
+    #[test]
+    fn a_clock_is_read_where_the_stage_changes() {
+        thread_local! {
+            static NOW: std::cell::Cell<u64> = const { std::cell::Cell::new(0) };
+        }
+        let pass = |n: u64| NOW.set(NOW.get() + n);
+        let (result, times) = clocked(
+            || NOW.get(),
+            || {
+                pass(1);
+                {
+                    let _stage = stage(Stage::Update);
+                    pass(10);
+                    {
+                        let _stage = stage(Stage::Reduction);
+                        let _kernel = kernel(Kernel::Program);
+                        pass(100);
+                    }
+                    pass(20);
+                }
+                pass(2);
+                "done"
+            },
+        );
+        let of = [Stage::Rest, Stage::Update, Stage::Reduction, Stage::Gain];
+        assert_eq!(of.map(|stage| times.of(stage)), [3, 30, 100, 0]);
+        assert_eq!(result, "done");
     }
 }

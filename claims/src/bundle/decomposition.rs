@@ -1,8 +1,8 @@
 //! Proposition 4 and Corollary 1: remainder-form decomposition functions.
 
 use super::claim;
-use crate::exact::{M, Q, Source, V, dot, frac, q, sub};
-use crate::{Claim, Trial};
+use crate::exact::{M, Q, Source, V, add, dot, frac, q, scale, sub};
+use crate::{Claim, Class, Trial};
 use num_traits::{Signed, Zero};
 
 pub fn claims() -> Vec<Claim> {
@@ -11,26 +11,43 @@ pub fn claims() -> Vec<Claim> {
             "proposition-4",
             "(6)-(8) is a mixed-monotone decomposition function (Definition 2)",
             "",
-            mixed_monotone,
-        ),
+            |t| mixed_monotone(t, false),
+        )
+        .twin("the corners of (8) exchanged", |t| mixed_monotone(t, true)),
         claim(
             "proposition-4-tight",
-            "the decomposition functions of (6)-(8) are tight",
-            "a bound of f; tight for g = f - m x only",
-            tight,
-        ),
+            "(ours) the decomposition functions of (6)-(8) are tight bounds of f itself",
+            "tight for g = f - m x, as Corollary 1 says; for f a bound only",
+            |t| tight(t, false),
+        )
+        .class(Class::Remark)
+        .twin("m halved, so that g is not monotone", |t| tight(t, true)),
         claim(
             "proposition-4-linear",
             "the search for the tightest function of the form (7) can be restricted to linear remainders",
             "",
-            linear_remainders,
-        ),
+            |t| linear_remainders(t, false),
+        )
+        .twin("remainders whose slope stays short of m", |t| {
+            linear_remainders(t, true);
+        }),
+        claim(
+            "corollary-1-sign",
+            "g = f - H x is Jacobian sign-stable for every H of (9)",
+            "",
+            |t| sign_stable(t, false),
+        )
+        .twin("m halved", |t| sign_stable(t, true)),
         claim(
             "corollary-1",
-            "the printed f(z+) + m (z- - z+) and f(z-) + m (z+ - z-) bound g = f - H x",
-            "both errors have to be corrected: z+ and z- are swapped, and the bound is that of f, not of g",
-            printed_bounds,
-        ),
+            "in the text at hand: f(z+) + m (z- - z+) and f(z-) + m (z+ - z-) bound g = f - H x, z+ = zeta(lower, upper)",
+            "lower and upper are exchanged, as bars are elsewhere in this text ((20), (30), I Xi, I B); with them restored the \
+             bound holds on [-1, 1]^n, where the lemmas use it, and is that of f there, so loose for g; f(z) - m z is tight on \
+             every box",
+            |t| printed_bounds(t, false),
+        )
+        .class(Class::Damage)
+        .twin("m halved in the restored bounds", |t| printed_bounds(t, true)),
     ]
 }
 
@@ -116,6 +133,30 @@ pub fn remainder_bounds(f: &Scalar, m: &[Q], lower: &[bool], low: &[Q], high: &[
     (g(&zeta(lower, low, high)), g(&zeta(lower, high, low)))
 }
 
+/// Bounds of f over a box by every vector of (6): g bounded as above, m·x by its own range.
+pub fn range_bounds(f: &Scalar, low: &[Q], high: &[Q]) -> (Q, Q) {
+    let gradient = f.gradient(low, high);
+    let of = |lower: &Vec<bool>| {
+        let m = supporting(&gradient, lower);
+        let (a, b) = remainder_bounds(f, &m, lower, low, high);
+        let end = |up: bool| {
+            (0..m.len()).fold(Q::zero(), |s, j| {
+                s + &m[j]
+                    * if m[j].is_negative() == up {
+                        &low[j]
+                    } else {
+                        &high[j]
+                    }
+            })
+        };
+        (a + end(false), b + end(true))
+    };
+    let all: Vec<(Q, Q)> = choices(low.len()).iter().map(of).collect();
+    let (lows, highs): (V, V) = all.into_iter().unzip();
+    let least = highs.into_iter().min().unwrap_or_else(Q::zero);
+    (lows.into_iter().max().unwrap_or_else(Q::zero), least)
+}
+
 /// Every choice of (6).
 pub fn choices(n: usize) -> Vec<Vec<bool>> {
     (0..1_usize << n)
@@ -157,12 +198,15 @@ impl Case {
     }
 }
 
-fn mixed_monotone(t: &mut Trial) {
+fn mixed_monotone(t: &mut Trial, damaged: bool) {
     for _ in 0..400 {
         let n = t.draw.size(1, 3);
         let c = case(&mut t.draw, n);
         let h = |x: &[Q]| dot(&c.m, x);
-        let value = |z: &[Q], hat: &[Q]| decomposed(&c.f, h, &c.lower, z, hat);
+        let value = |z: &[Q], hat: &[Q]| {
+            let (z, hat) = if damaged { (hat, z) } else { (z, hat) };
+            decomposed(&c.f, h, &c.lower, z, hat)
+        };
         let (x, y, z) = (
             c.point(&mut t.draw),
             c.point(&mut t.draw),
@@ -190,7 +234,7 @@ fn largest(f: &Scalar, low: &Q, high: &Q) -> Q {
     values.max().unwrap_or_else(Q::zero)
 }
 
-fn tight(t: &mut Trial) {
+fn tight(t: &mut Trial, damaged: bool) {
     let parabola = Scalar {
         q: M::ints(&[&[-1]]),
         l: vec![q(1)],
@@ -217,17 +261,18 @@ fn tight(t: &mut Trial) {
         let truth = largest(&c.f, &c.low[0], &c.high[0]);
         t.equality(upper == truth, upper >= truth, String::new);
         // g is bounded tightly: its bounds are taken at corners.
+        let m = if damaged { halved(&c.m) } else { c.m.clone() };
         let g = Scalar {
             q: c.f.q.clone(),
-            l: sub(&c.f.l, &c.m),
+            l: sub(&c.f.l, &m),
         };
-        let (_, top) = remainder_bounds(&c.f, &c.m, &c.lower, &c.low, &c.high);
+        let (_, top) = remainder_bounds(&c.f, &m, &c.lower, &c.low, &c.high);
         t.repaired(top == largest(&g, &c.low[0], &c.high[0]));
     }
 }
 
 /// Remainders whose slope goes beyond m, to the side of the choice: linear ones bound at least as well.
-fn linear_remainders(t: &mut Trial) {
+fn linear_remainders(t: &mut Trial, damaged: bool) {
     for _ in 0..300 {
         let n = t.draw.size(1, 2);
         let c = case(&mut t.draw, n);
@@ -238,7 +283,11 @@ fn linear_remainders(t: &mut Trial) {
             (0..n).fold(dot(&c.m, x), |s, j| {
                 let d = &x[j] - &c.low[j];
                 let beyond = &a[j] * &d + &b[j] * &d * &d;
-                if c.lower[j] { s - beyond } else { s + beyond }
+                if c.lower[j] != damaged {
+                    s - beyond
+                } else {
+                    s + beyond
+                }
             })
         };
         let linear = |z: &[Q], hat: &[Q]| decomposed(&c.f, |x| dot(&c.m, x), &c.lower, z, hat);
@@ -248,45 +297,84 @@ fn linear_remainders(t: &mut Trial) {
     }
 }
 
-/// The printed bounds of g, lower and upper.
-fn as_printed(c: &Case) -> (Q, Q) {
-    let plus = zeta(&c.lower, &c.low, &c.high);
-    let minus = zeta(&c.lower, &c.high, &c.low);
-    let step = dot(&c.m, &sub(&minus, &plus));
-    (c.f.at(&minus) - &step, c.f.at(&plus) + step)
+fn halved(m: &[Q]) -> V {
+    scale(&frac(1, 2), m)
 }
 
-fn printed_bounds(t: &mut Trial) {
-    // f = x on [0, 1], the lower choice m = min(1, 0) = 0: g = x.
-    let c = Case {
-        f: Scalar {
-            q: M::zeros(1, 1),
-            l: vec![q(1)],
-        },
-        low: vec![q(0)],
-        high: vec![q(1)],
-        lower: vec![true],
-        m: vec![q(0)],
-    };
-    let (low, high) = as_printed(&c);
-    let g = c.f.at(&c.high);
-    t.check_or(low <= g && g <= high, || {
-        format!("f = x on [0, 1], m = min(1, 0) = 0: printed {low} <= g <= {high}, but g(1) = {g}")
-    });
-    for _ in 0..400 {
+/// The gradient of g at the corners of the box has the sign of the choice in every component.
+fn sign_stable(t: &mut Trial, damaged: bool) {
+    for _ in 0..300 {
         let n = t.draw.size(1, 3);
         let c = case(&mut t.draw, n);
-        let printed = as_printed(&c);
-        let corrected = remainder_bounds(&c.f, &c.m, &c.lower, &c.low, &c.high);
+        let m = if damaged { halved(&c.m) } else { c.m.clone() };
+        let double = c.f.q.add(&c.f.q.t());
+        for corner in choices(n) {
+            let x = zeta(&corner, &c.low, &c.high);
+            let slope = sub(&add(&double.apply(&x), &c.f.l), &m);
+            t.check((0..n).all(|j| {
+                if c.lower[j] {
+                    !slope[j].is_negative()
+                } else {
+                    !slope[j].is_positive()
+                }
+            }));
+        }
+    }
+}
+
+/// The bounds of the text, lower and upper, from ζ⁺ and ζ⁻.
+fn of_the_text(f: &Scalar, m: &[Q], plus: &[Q], minus: &[Q]) -> (Q, Q) {
+    let step = dot(m, &sub(minus, plus));
+    (f.at(minus) - &step, f.at(plus) + step)
+}
+
+fn printed_bounds(t: &mut Trial, damaged: bool) {
+    // f = x on [0, 1], the lower choice m = min(1, 0) = 0: g = x.
+    let f = Scalar {
+        q: M::zeros(1, 1),
+        l: vec![q(1)],
+    };
+    let (m, low, high) = ([q(0)], [q(0)], [q(1)]);
+    let (a, b) = of_the_text(
+        &f,
+        &m,
+        &zeta(&[true], &low, &high),
+        &zeta(&[true], &high, &low),
+    );
+    let g = f.at(&high);
+    t.check_or(a <= g && g <= b, || {
+        format!("f = x on [0, 1], m = min(1, 0) = 0: {a} <= g <= {b} in the text at hand, but g(1) = {g}")
+    });
+    for k in 0..400 {
+        let n = t.draw.size(1, 3);
+        let mut c = case(&mut t.draw, n);
+        if k % 2 == 0 {
+            // The boxes of the lemmas.
+            (c.low, c.high) = (vec![q(-1); n], vec![q(1); n]);
+            c.m = supporting(&c.f.gradient(&c.low, &c.high), &c.lower);
+        }
+        let (first, second) = (
+            zeta(&c.lower, &c.low, &c.high),
+            zeta(&c.lower, &c.high, &c.low),
+        );
+        let printed = of_the_text(&c.f, &c.m, &first, &second);
+        let used = if damaged { halved(&c.m) } else { c.m.clone() };
+        let restored = of_the_text(&c.f, &used, &second, &first);
+        let corrected = remainder_bounds(&c.f, &used, &c.lower, &c.low, &c.high);
         // The corners of the box, and a point inside.
         let mut points: Vec<V> = choices(n)
             .iter()
             .map(|lower| zeta(lower, &c.low, &c.high))
             .collect();
         points.push(c.point(&mut t.draw));
-        let values: V = points.iter().map(|x| c.f.at(x) - dot(&c.m, x)).collect();
-        let bounds = |(low, high): &(Q, Q)| values.iter().all(|g| low <= g && g <= high);
-        t.check(bounds(&printed));
-        t.repaired(bounds(&corrected));
+        let bounds = |m: &[Q], (low, high): &(Q, Q)| {
+            let mut values = points.iter().map(|x| c.f.at(x) - dot(m, x));
+            values.all(|g| *low <= g && g <= *high)
+        };
+        t.check(bounds(&c.m, &printed));
+        t.repaired(bounds(&used, &corrected));
+        if k % 2 == 0 {
+            t.repaired(bounds(&used, &restored));
+        }
     }
 }

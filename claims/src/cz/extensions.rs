@@ -1,7 +1,7 @@
 //! Section 4.1: the inclusion of an interval matrix times a constrained zonotope, and the mean value extension.
 
 use super::claim;
-use crate::exact::{Cz, M, Q, Source, V, add, dot, q, scale};
+use crate::exact::{Cz, M, Q, Source, V, add, dot, q, scale, sub};
 use crate::{Claim, Trial};
 use num_traits::{Signed, Zero};
 
@@ -11,33 +11,56 @@ pub fn claims() -> Vec<Claim> {
             "theorem-1",
             "J X is contained in mid(J) X + P B, P by (12)",
             "",
-            inclusion,
-        ),
+            |t| inclusion(t, Damage::None),
+        )
+        .twin("diam(m)/2 left out of (12)", |t| {
+            inclusion(t, Damage::Center);
+        })
+        .twin("P halved", |t| inclusion(t, Damage::Half)),
         claim(
             "remark-3",
             "(13) has n_g + n generators and n_c constraints",
             "",
-            inclusion_size,
-        ),
+            |t| inclusion_size(t, false),
+        )
+        .twin("X without its constraints", |t| inclusion_size(t, true)),
         claim(
             "theorem-2",
-            "mu(X, W) is contained in Z + (J, X - h) for h in X (with the affine Z of Remark 4)",
+            "mu(X, W) is contained in Z + (J, X - h) for h in X",
             "",
-            mean_value,
-        ),
+            |t| mean_value(t, Damage::None),
+        )
+        .twin("diam(m)/2 left out of (12)", |t| {
+            mean_value(t, Damage::Center);
+        })
+        .twin("P halved", |t| mean_value(t, Damage::Half)),
         claim(
             "remark-4",
-            "if mu is affine in w, then mu(h, W) is exactly beta(h) + B_w(h) W",
+            "mu(h, W) is exactly beta(h) + B_w(h) W if mu is affine in w, and contained in mu(h, h_w) + (J_w, W - h_w)",
             "",
-            affine_noise,
-        ),
+            |t| noise_sets(t, false),
+        )
+        .twin("W without its constraints, P halved", |t| noise_sets(t, true)),
         claim(
             "remark-5",
             "Theorem 2 gives at most n_g + n_gw + 2n generators and n_c + n_cw constraints",
             "",
-            mean_value_size,
-        ),
+            |t| mean_value_size(t, false),
+        )
+        .twin("the constraints of W left out", |t| {
+            mean_value_size(t, true);
+        }),
     ]
+}
+
+/// What a damaged twin loses of (12).
+#[derive(Clone, Copy, PartialEq)]
+pub enum Damage {
+    None,
+    /// ½ diam(m).
+    Center,
+    /// Half of P.
+    Half,
 }
 
 /// An interval matrix by midpoint and radius.
@@ -47,7 +70,7 @@ pub struct Intervals {
 }
 
 impl Intervals {
-    fn drawn(draw: &mut Source, rows: usize, cols: usize) -> Self {
+    pub fn drawn(draw: &mut Source, rows: usize, cols: usize) -> Self {
         let mid = draw.matrix(rows, cols, 2);
         let rad = draw.matrix(rows, cols, 1).abs();
         Self { mid, rad }
@@ -56,12 +79,40 @@ impl Intervals {
 
 /// mid(J) X ⊕ P B with P of (12) for the zonotope `outer` ⊇ X.
 pub fn inclusion_of(j: &Intervals, x: &Cz, outer: &Cz) -> Cz {
-    let p = add(
-        &j.rad.apply(&outer.c.iter().map(Signed::abs).collect::<V>()),
-        &j.rad.mul(&outer.g.abs()).row_sums(),
-    );
+    inclusion_by(j, x, outer, Damage::None)
+}
+
+/// The same with a damaged P.
+pub fn inclusion_by(j: &Intervals, x: &Cz, outer: &Cz, damage: Damage) -> Cz {
+    let mut p = j.rad.mul(&outer.g.abs()).row_sums();
+    if damage != Damage::Center {
+        let center: V = outer.c.iter().map(Signed::abs).collect();
+        p = add(&p, &j.rad.apply(&center));
+    }
+    if damage == Damage::Half {
+        p = p.iter().map(|p| p / q(2)).collect();
+    }
     let n = p.len();
     x.image(&j.mid).sum(&Cz::boxed(vec![Q::zero(); n], &p))
+}
+
+/// A matrix of J at one of its corners: in half of the draws the one in which every row's radius adds up over `d`.
+pub fn slope_in(j: &Intervals, d: &[Q], draw: &mut Source) -> M {
+    let along = draw.int(0, 1) == 0;
+    let rows: V = (0..j.mid.rows()).map(|_| draw.sign()).collect();
+    M::from_fn(j.mid.rows(), j.mid.cols(), |i, k| {
+        let sign = if along {
+            let down = d[k].is_negative();
+            if down {
+                -rows[i].clone()
+            } else {
+                rows[i].clone()
+            }
+        } else {
+            draw.sign()
+        };
+        &j.mid[(i, k)] + sign * &j.rad[(i, k)]
+    })
 }
 
 /// One constraint is solved for its largest entry and inserted, until none is left: (17) without rescaling.
@@ -105,7 +156,7 @@ fn drawn_set(draw: &mut Source, n: usize) -> Cz {
     draw.cz(n, generators, constraints)
 }
 
-pub fn inclusion(t: &mut Trial) {
+pub fn inclusion(t: &mut Trial, damage: Damage) {
     for k in 0..100 {
         let (n, m) = (t.draw.size(1, 2), t.draw.size(1, 2));
         let x = drawn_set(&mut t.draw, m);
@@ -115,7 +166,7 @@ pub fn inclusion(t: &mut Trial) {
         } else {
             eliminated(&x)
         };
-        let set = inclusion_of(&j, &x, &outer);
+        let set = inclusion_by(&j, &x, &outer, damage);
         let d = t.draw.direction(n, 3);
         let Some(support) = set.support(&d) else {
             t.check(false);
@@ -131,12 +182,13 @@ pub fn inclusion(t: &mut Trial) {
     }
 }
 
-fn inclusion_size(t: &mut Trial) {
+fn inclusion_size(t: &mut Trial, damaged: bool) {
     for _ in 0..200 {
         let (n, m) = (t.draw.size(1, 3), t.draw.size(1, 3));
         let x = drawn_set(&mut t.draw, m);
         let j = Intervals::drawn(&mut t.draw, n, m);
-        let set = inclusion_of(&j, &x, &eliminated(&x));
+        let kept = if damaged { x.relaxed() } else { x.clone() };
+        let set = inclusion_of(&j, &kept, &eliminated(&x));
         t.check(set.g.cols() == x.g.cols() + n && set.a.rows() == x.a.rows());
     }
 }
@@ -178,6 +230,103 @@ impl Quadratic {
     }
 }
 
+/// μ = S(w) x + b w², S(w) = mid + w (S − mid) for the corner S of J, over W = [−1, 1]: not affine in w, and its
+/// gradient fills J. With a fixed slope and b = 0 it is S x, for which P has no slack.
+struct Bilinear {
+    j: Intervals,
+    slope: M,
+    square: V,
+    fixed: bool,
+}
+
+impl Bilinear {
+    fn at(&self, x: &[Q], w: &Q) -> V {
+        if self.fixed {
+            return self.slope.apply(x);
+        }
+        let part = self.slope.sub(&self.j.mid).scale(w);
+        let moved = self.j.mid.add(&part).apply(x);
+        add(&moved, &scale(&(w * w), &self.square))
+    }
+
+    /// A zonotope that holds μ(h, W): w and w² vary on their own.
+    fn noise_image(&self, h: &[Q]) -> Cz {
+        let zero = Q::zero();
+        let half = scale(&(q(1) / q(2)), &self.square);
+        if self.fixed {
+            return Cz::boxed(self.at(h, &zero), &vec![zero; h.len()]);
+        }
+        let first = self.slope.sub(&self.j.mid).apply(h);
+        let g = M::from_fn(h.len(), 2, |i, j| {
+            if j == 0 {
+                first[i].clone()
+            } else {
+                half[i].clone()
+            }
+        });
+        Cz::zonotope(g, add(&self.at(h, &zero), &half))
+    }
+}
+
+pub fn mean_value(t: &mut Trial, damage: Damage) {
+    for k in 0..160 {
+        let n = t.draw.size(1, 2);
+        let x = drawn_set(&mut t.draw, n);
+        let points = x.points(&mut t.draw, 5);
+        let (Some(h), Some(far)) = (points.last(), points.first()) else {
+            continue;
+        };
+        let j = Intervals::drawn(&mut t.draw, n, n);
+        let slope = slope_in(&j, &sub(far, h), &mut t.draw);
+        let f = Bilinear {
+            j,
+            slope,
+            square: t.draw.vector(n, 1),
+            fixed: k % 2 == 0,
+        };
+        let moved = x.about(h);
+        let own = inclusion_by(&f.j, &moved, &eliminated(&moved), damage);
+        let set = f.noise_image(h).sum(&own);
+        for x in &points {
+            let w = t.draw.unit();
+            t.check(set.contains(&f.at(x, &w)));
+        }
+    }
+}
+
+fn noise_sets(t: &mut Trial, damaged: bool) {
+    for _ in 0..150 {
+        let n = t.draw.size(1, 2);
+        let w = drawn_set(&mut t.draw, 2);
+        let f = Quadratic::drawn(&mut t.draw, n, 2);
+        let h = t.draw.vector(n, 2);
+        let used = if damaged { w.relaxed() } else { w.clone() };
+        let mut z = used.image(&f.b);
+        z.c = add(&z.c, &f.at(&h, &vec![Q::zero(); 2]));
+        let d = t.draw.direction(n, 3);
+        // By the definition of the image: the largest d·μ(h, w) over w.
+        let truth = w
+            .support(&f.b.t().apply(&d))
+            .map(|s| s + dot(&d, &f.at(&h, &vec![Q::zero(); 2])));
+        t.check(z.support(&d) == truth);
+        // The other alternative, for a function of w with a slope at a corner of J_w.
+        let points = w.points(&mut t.draw, 3);
+        let (Some(center), Some(far)) = (points.last(), points.first()) else {
+            continue;
+        };
+        let j = Intervals::drawn(&mut t.draw, n, 2);
+        let slope = slope_in(&j, &sub(far, center), &mut t.draw);
+        let moved = w.about(center);
+        let damage = if damaged { Damage::Half } else { Damage::None };
+        let mut set = inclusion_by(&j, &moved, &eliminated(&moved), damage);
+        set.c = add(&set.c, &slope.apply(center));
+        for w in &points {
+            t.check(set.contains(&slope.apply(w)));
+        }
+    }
+}
+
+/// Z ⊕ ⊲(J, X − h) with the affine Z of Remark 4.
 fn extension(f: &Quadratic, x: &Cz, w: &Cz, h: &[Q]) -> Option<Cz> {
     let j = f.gradient(&x.hull()?);
     let mut z = w.image(&f.b);
@@ -186,42 +335,7 @@ fn extension(f: &Quadratic, x: &Cz, w: &Cz, h: &[Q]) -> Option<Cz> {
     Some(z.sum(&inclusion_of(&j, &moved, &eliminated(&moved))))
 }
 
-pub fn mean_value(t: &mut Trial) {
-    for _ in 0..60 {
-        let n = t.draw.size(1, 2);
-        let (x, w) = (drawn_set(&mut t.draw, n), drawn_set(&mut t.draw, 1));
-        let f = Quadratic::drawn(&mut t.draw, n, 1);
-        let points = x.points(&mut t.draw, 4);
-        let noise = w.points(&mut t.draw, 4);
-        let Some(h) = points.last() else { continue };
-        let Some(set) = extension(&f, &x, &w, h) else {
-            t.check(false);
-            continue;
-        };
-        for (x, w) in points.iter().zip(&noise) {
-            t.check(set.contains(&f.at(x, w)));
-        }
-    }
-}
-
-fn affine_noise(t: &mut Trial) {
-    for _ in 0..150 {
-        let n = t.draw.size(1, 2);
-        let w = drawn_set(&mut t.draw, 2);
-        let f = Quadratic::drawn(&mut t.draw, n, 2);
-        let h = t.draw.vector(n, 2);
-        let mut z = w.image(&f.b);
-        z.c = add(&z.c, &f.at(&h, &vec![Q::zero(); 2]));
-        let d = t.draw.direction(n, 3);
-        // By the definition of the image: the largest d·μ(h, w) over w.
-        let truth = w
-            .support(&f.b.t().apply(&d))
-            .map(|s| s + dot(&d, &f.at(&h, &vec![Q::zero(); 2])));
-        t.check(z.support(&d) == truth);
-    }
-}
-
-fn mean_value_size(t: &mut Trial) {
+fn mean_value_size(t: &mut Trial, damaged: bool) {
     for _ in 0..150 {
         let n = t.draw.size(1, 2);
         let (x, w) = (drawn_set(&mut t.draw, n), drawn_set(&mut t.draw, 2));
@@ -229,7 +343,8 @@ fn mean_value_size(t: &mut Trial) {
         let Some(h) = x.points(&mut t.draw, 1).pop() else {
             continue;
         };
-        let Some(affine) = extension(&f, &x, &w, &h) else {
+        let kept = if damaged { w.relaxed() } else { w.clone() };
+        let Some(affine) = extension(&f, &x, &kept, &h) else {
             continue;
         };
         // The other alternative of Remark 4: one more inclusion, in w.

@@ -5,7 +5,9 @@ mod extensions;
 mod sets;
 mod taylor;
 
-pub use extensions::{Intervals, eliminated, inclusion, inclusion_of, mean_value};
+pub use extensions::{
+    Damage, Intervals, eliminated, inclusion, inclusion_by, mean_value, slope_in,
+};
 
 use crate::{Claim, Class};
 

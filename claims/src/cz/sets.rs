@@ -2,7 +2,7 @@
 
 use super::claim;
 use crate::exact::{Cz, Lp, M, Q, Source, V, add, dot, frac, norm1, q, scale, sub, text, v};
-use crate::{Claim, Trial};
+use crate::{Claim, Class, Trial};
 use num_traits::{Signed, Zero};
 
 pub fn claims() -> Vec<Claim> {
@@ -10,85 +10,107 @@ pub fn claims() -> Vec<Claim> {
         claim(
             "section-3.1-parallelotopes",
             "Using ellipsoids or parallelotopes, the linear mapping (4) can be computed exactly",
-            "only for invertible R; a map to fewer dimensions has to be over-approximated",
-            parallelotopes,
-        ),
+            "ellipsoids for every R, parallelotopes for injective R alone; nothing of the paper rests on it",
+            |t| parallelotopes(t, false),
+        )
+        .twin("R that is not injective", |t| parallelotopes(t, true)),
         claim(
             "equations-8-10",
             "(8)-(10) are the image, the Minkowski sum and the generalized intersection",
             "",
-            operations,
-        ),
+            |t| operations(t, false),
+        )
+        .twin("c_y in place of c_y - R c_z", |t| operations(t, true)),
         claim(
             "property-1",
             "2n linear programs give the interval hull",
             "",
-            interval_hull,
-        ),
+            |t| interval_hull(t, false),
+        )
+        .twin("the constraints left out", |t| interval_hull(t, true)),
         claim(
             "proposition-1",
             "the linear program gives a point of Z that is closest to h in the 1-norm",
             "",
-            closest_point,
-        ),
+            |t| closest_point(t, false),
+        )
+        .twin("the constraints left out", |t| closest_point(t, true)),
         claim(
             "proposition-2",
-            "(11) is an equivalent CG-rep of Z with center h",
+            "(11) is an equivalent CG-rep of Z with center h, for any h",
             "the rows [A E_r, 0] are redundant: n_c + n constraints suffice",
-            change_of_center,
-        ),
+            |t| change_of_center(t, false),
+        )
+        .twin("E_r halved", |t| change_of_center(t, true)),
         claim(
             "proposition-2-range",
             "the linear program of Proposition 2 is feasible for h in the range of G (Remark 1)",
-            "h - c must be in the range of G",
-            range_of_g,
-        ),
+            "a slip: the constraint beside it shows that h - c must be in the range of G",
+            |t| range_of_g(t, false),
+        )
+        .class(Class::Slip)
+        .twin("h - c outside of the range", |t| range_of_g(t, true)),
         claim(
             "remark-1",
             "the linear program is feasible for all h if G is full row rank",
             "",
-            full_rank,
-        ),
+            |t| full_rank(t, false),
+        )
+        .twin("G of any rank", |t| full_rank(t, true)),
+        claim(
+            "footnote-5",
+            "the center of the hull of the polytope of (0,0,0), (1,1,0), (0,1,0), (0,1,1) is not in it",
+            "C1 has to be checked",
+            |t| hull_center(t, false),
+        )
+        .twin("the mean of the vertices", |t| hull_center(t, true)),
         claim(
             "equation-22",
             "(22) is exact, with n_g + n_gv generators and n_c + n_cv + n_y constraints",
             "",
-            update,
-        ),
+            |t| update(t, false),
+        )
+        .twin("D_v V in place of -D_v V", |t| update(t, true)),
     ]
 }
 
-/// Number of vertices of a plane zonotope: two for each direction of its generators.
-fn vertices(g: &M) -> usize {
+/// Whether c + G [−1, 1]^k is a parallelotope: of its generators, parallel ones counted once, none is a combination of
+/// others.
+fn is_parallelotope(g: &M) -> bool {
     let columns: Vec<V> = (0..g.cols())
         .map(|j| g.col(j))
         .filter(|c| c.iter().any(|x| !x.is_zero()))
         .collect();
-    let parallel = |a: &V, b: &V| (&a[0] * &b[1]) == (&a[1] * &b[0]);
+    let pair = |a: &V, b: &V| M::of_rows(a.len(), &[a.clone(), b.clone()]).rank();
     let directions = (0..columns.len())
-        .filter(|&j| (0..j).all(|i| !parallel(&columns[i], &columns[j])))
+        .filter(|&j| (0..j).all(|i| pair(&columns[i], &columns[j]) == 2))
         .count();
-    2 * directions
+    directions == g.rank()
 }
 
-fn parallelotopes(t: &mut Trial) {
-    let cube = M::ints(&[&[1, 0, 1], &[0, 1, 1]]);
-    t.check_or(vertices(&cube) <= 4, || {
-        format!(
-            "the cube [-1,1]^3 under R = {} has {} vertices, a parallelogram at most 4",
-            cube.text(),
-            vertices(&cube)
-        )
-    });
-    for _ in 0..500 {
-        let r = t.draw.matrix(2, 3, 2);
+fn parallelotopes(t: &mut Trial, damaged: bool) {
+    let cube = [&[1, 0, 1][..], &[0, 1, 1], &[0, 0, 0]];
+    for rows in [&cube[..2], &cube[..]] {
+        let r = M::ints(rows);
+        t.check_or(is_parallelotope(&r), || {
+            format!(
+                "R = {} maps the cube [-1,1]^3 to a hexagon, and so does [1 0 1; 0 1 1; 0 0 0]",
+                r.text()
+            )
+        });
+    }
+    for _ in 0..300 {
         let g = t.draw.matrix(3, 3, 2);
-        if g.rank() == 3 {
-            t.check(vertices(&r.mul(&g)) <= 4);
+        if g.rank() < 3 {
+            continue;
         }
-        let r = t.draw.matrix(2, 2, 2);
-        let g = t.draw.matrix(2, 2, 2);
-        t.repaired(vertices(&r.mul(&g)) <= 4);
+        let r = t.draw.matrix(2, 3, 2);
+        t.check(is_parallelotope(&r.mul(&g)));
+        let rows = t.draw.size(3, 4);
+        let r = t.draw.matrix(rows, 3, if damaged { 1 } else { 2 });
+        if damaged || r.rank() == 3 {
+            t.repaired(is_parallelotope(&r.mul(&g)));
+        }
     }
 }
 
@@ -98,7 +120,7 @@ fn set(draw: &mut Source, n: usize) -> Cz {
     draw.cz(n, generators, constraints)
 }
 
-fn operations(t: &mut Trial) {
+fn operations(t: &mut Trial, damaged: bool) {
     for _ in 0..100 {
         let (n, m) = (t.draw.size(1, 2), t.draw.size(1, 2));
         let (z, w, y) = (
@@ -112,7 +134,11 @@ fn operations(t: &mut Trial) {
         let d = t.draw.direction(n, 3);
         let both = z.support(&d).zip(w.support(&d)).map(|(a, b)| a + b);
         t.check(z.sum(&w).support(&d) == both);
-        let meet = z.meet(&r, &y);
+        let mut meet = z.meet(&r, &y);
+        if damaged {
+            let last = meet.b.len() - m;
+            meet.b.splice(last.., y.c.clone());
+        }
         for x in z.points(&mut t.draw, 3) {
             t.check(meet.contains(&x) == y.contains(&r.apply(&x)));
         }
@@ -149,7 +175,7 @@ fn all_vertices(z: &Cz) -> Vec<V> {
     out
 }
 
-fn interval_hull(t: &mut Trial) {
+fn interval_hull(t: &mut Trial, damaged: bool) {
     for _ in 0..150 {
         let n = t.draw.size(1, 2);
         let z = set(&mut t.draw, n);
@@ -158,7 +184,11 @@ fn interval_hull(t: &mut Trial) {
             continue;
         }
         let points: Vec<V> = all_vertices(&z).iter().map(|xi| z.at(xi)).collect();
-        let hull = z.hull();
+        let hull = if damaged {
+            z.relaxed().hull()
+        } else {
+            z.hull()
+        };
         for i in 0..n {
             let low = points.iter().map(|p| p[i].clone()).min();
             let high = points.iter().map(|p| p[i].clone()).max();
@@ -201,12 +231,13 @@ pub fn weighted_closest(z: &Cz, h: &[Q], weight: &[Q]) -> Option<(V, Q)> {
     Some((z.at(&at[..g]), -value))
 }
 
-fn closest_point(t: &mut Trial) {
+fn closest_point(t: &mut Trial, damaged: bool) {
     for _ in 0..80 {
         let n = t.draw.size(1, 2);
         let z = set(&mut t.draw, n);
         let h = t.draw.vector(n, 5);
-        let Some((point, distance)) = closest(&z, &h) else {
+        let over = if damaged { z.relaxed() } else { z.clone() };
+        let Some((point, distance)) = closest(&over, &h) else {
             t.check(false);
             continue;
         };
@@ -217,12 +248,12 @@ fn closest_point(t: &mut Trial) {
     }
 }
 
-/// The interval [ξ^L, ξ^U] ⊇ [−1, 1] of least width with c + G (ξ^L + ξ^U)/2 = h; `None` if there is none
+/// The interval [ξ^L, ξ^U] ⊇ [ξ̃^L, ξ̃^U] of least width with c + G (ξ^L + ξ^U)/2 = h; `None` if there is none
 /// below 1000.
-fn recentred(z: &Cz, h: &[Q]) -> Option<(V, V)> {
+fn recentred_within(z: &Cz, h: &[Q], (low, high): (&[Q], &[Q])) -> Option<(V, V)> {
     let g = z.g.cols();
-    let lower = [vec![q(-1000); g], vec![q(1); g]].concat();
-    let upper = [vec![q(-1); g], vec![q(1000); g]].concat();
+    let lower = [vec![q(-1000); g], high.to_vec()].concat();
+    let upper = [low.to_vec(), vec![q(1000); g]].concat();
     let mut lp = Lp::over(lower, upper);
     for i in 0..h.len() {
         let half = scale(&frac(1, 2), z.g.row(i));
@@ -233,11 +264,16 @@ fn recentred(z: &Cz, h: &[Q]) -> Option<(V, V)> {
     Some((at[..g].to_vec(), at[g..].to_vec()))
 }
 
-/// (11); without the rows [A E_r, 0] if `short`.
-fn with_center(z: &Cz, h: &[Q], short: bool) -> Option<Cz> {
-    let (low, high) = recentred(z, h)?;
-    let middle = scale(&frac(1, 2), &add(&low, &high));
-    let radius = M::diag(&scale(&frac(1, 2), &sub(&high, &low)));
+/// The same about the whole cube.
+fn recentred(z: &Cz, h: &[Q]) -> Option<(V, V)> {
+    let g = z.g.cols();
+    recentred_within(z, h, (&vec![q(-1); g], &vec![q(1); g]))
+}
+
+/// (11) from ξ^L and ξ^U; without the rows [A E_r, 0] if `short`, and with a share of E_r.
+fn with_center(z: &Cz, h: &[Q], (low, high): &(V, V), short: bool, share: &Q) -> Cz {
+    let middle = scale(&frac(1, 2), &add(low, high));
+    let radius = M::diag(&scale(&(share / q(2)), &sub(high, low)));
     let (ge, ae) = (z.g.mul(&radius), z.a.mul(&radius));
     let g = z.g.cols();
     let own = ae.beside(&M::zeros(z.a.rows(), g));
@@ -250,31 +286,46 @@ fn with_center(z: &Cz, h: &[Q], short: bool) -> Option<Cz> {
         let head = sub(&z.b, &z.a.apply(&middle));
         (own.above(&tail_a), [head, tail_b].concat())
     };
-    Some(Cz {
+    Cz {
         g: ge.beside(&M::zeros(z.g.rows(), g)),
         c: h.to_vec(),
         a,
         b,
-    })
+    }
 }
 
-fn change_of_center(t: &mut Trial) {
-    for _ in 0..60 {
+/// h in Z's cube and far from it, the bounds of ξ by the whole cube and by linear programs.
+fn change_of_center(t: &mut Trial, damaged: bool) {
+    let share = frac(1, if damaged { 2 } else { 1 });
+    for k in 0..60 {
         let n = t.draw.size(1, 2);
         let z = set(&mut t.draw, n);
         let generators = z.g.cols();
-        let h = add(&z.c, &z.g.apply(&t.draw.units(generators)));
-        for _ in 0..2 {
+        let far = q(if k % 2 == 0 { 1 } else { 4 });
+        let xi = scale(&far, &t.draw.units(generators));
+        let h = z.at(&xi);
+        let own = Cz {
+            g: M::identity(generators),
+            c: vec![Q::zero(); generators],
+            ..z.clone()
+        };
+        let tight: (V, V) = own.hull().unwrap_or_default().into_iter().unzip();
+        let whole = recentred(&z, &h);
+        for ends in [whole, recentred_within(&z, &h, (&tight.0, &tight.1))] {
+            let Some(ends) = ends else {
+                t.check(false);
+                continue;
+            };
             let d = t.draw.direction(n, 3);
             let expected = z.support(&d);
-            t.check(with_center(&z, &h, false).map(|z| z.support(&d)) == Some(expected.clone()));
+            t.check(with_center(&z, &h, &ends, false, &share).support(&d) == expected);
             // The shorter representation, the consequence.
-            t.repaired(with_center(&z, &h, true).map(|z| z.support(&d)) == Some(expected));
+            t.repaired(with_center(&z, &h, &ends, true, &q(1)).support(&d) == expected);
         }
     }
 }
 
-fn range_of_g(t: &mut Trial) {
+fn range_of_g(t: &mut Trial, damaged: bool) {
     let z = Cz::zonotope(M::ints(&[&[1], &[0]]), v(&[0, 1]));
     let h = v(&[1, 0]);
     t.check_or(recentred(&z, &h).is_some(), || {
@@ -289,22 +340,49 @@ fn range_of_g(t: &mut Trial) {
         let z = Cz::zonotope(g.clone(), t.draw.vector(2, 2));
         let h = g.apply(&t.draw.vector(1, 3));
         t.check(recentred(&z, &h).is_some());
-        t.repaired(recentred(&z, &add(&z.c, &h)).is_some());
+        let moved = if damaged { t.draw.vector(2, 3) } else { h };
+        t.repaired(recentred(&z, &add(&z.c, &moved)).is_some());
     }
 }
 
-fn full_rank(t: &mut Trial) {
+fn full_rank(t: &mut Trial, damaged: bool) {
     for _ in 0..200 {
         let n = t.draw.size(1, 2);
         let z = set(&mut t.draw, n);
         let h = t.draw.vector(n, 5);
-        if z.g.rank() == n {
+        if damaged || z.g.rank() == n {
             t.check(recentred(&z, &h).is_some());
         }
     }
 }
 
-fn update(t: &mut Trial) {
+/// The convex hull of these points: Σ λ_k v_k, λ_k = (1 + ξ_k)/2, Σ λ_k = 1.
+fn convex_hull(points: &[V]) -> Cz {
+    let (n, k) = (points[0].len(), points.len());
+    let half = frac(1, 2);
+    let center = points.iter().fold(vec![Q::zero(); n], |s, p| add(&s, p));
+    Cz {
+        g: M::from_fn(n, k, |i, j| &points[j][i] * &half),
+        c: scale(&half, &center),
+        a: M::from_fn(1, k, |_, _| q(1)),
+        b: vec![q(2 - k as i64)],
+    }
+}
+
+fn hull_center(t: &mut Trial, damaged: bool) {
+    let points = [v(&[0, 0, 0]), v(&[1, 1, 0]), v(&[0, 1, 0]), v(&[0, 1, 1])];
+    let z = convex_hull(&points);
+    let hull = z.hull().unwrap_or_default();
+    let middle: V = hull.iter().map(|(l, h)| (l + h) / q(2)).collect();
+    let mean = scale(
+        &frac(1, 4),
+        &points.iter().fold(v(&[0, 0, 0]), |s, p| add(&s, p)),
+    );
+    t.check(points.iter().all(|p| z.contains(p)));
+    t.check(!z.contains(if damaged { &mean } else { &middle }));
+}
+
+fn update(t: &mut Trial, damaged: bool) {
     for _ in 0..80 {
         let (n, m) = (t.draw.size(1, 2), t.draw.size(1, 2));
         let (x, noise) = (set(&mut t.draw, n), set(&mut t.draw, m));
@@ -318,7 +396,9 @@ fn update(t: &mut Trial) {
         let y = add(&c.apply(truth), &d.apply(error));
         let mut consistent = noise.image(&d.scale(&q(-1)));
         consistent.c = add(&y, &consistent.c);
-        let meet = x.meet(&c, &consistent);
+        let mut used = noise.image(&d.scale(&q(if damaged { 1 } else { -1 })));
+        used.c = add(&y, &used.c);
+        let meet = x.meet(&c, &used);
         t.check(meet.contains(truth));
         for p in &points {
             t.check(meet.contains(p) == consistent.contains(&c.apply(p)));

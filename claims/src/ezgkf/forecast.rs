@@ -2,8 +2,8 @@
 
 use super::claim;
 use super::preliminaries::{rotation, spectral};
-use crate::exact::{Cz, M, Q, Source, V, add, dot, frac, norm1, q, scale};
-use crate::{Claim, Trial};
+use crate::exact::{Cz, M, Q, Source, V, add, dot, frac, norm1, q};
+use crate::{Claim, Class, Trial};
 use num_traits::{Signed, Zero};
 
 pub fn claims() -> Vec<Claim> {
@@ -12,39 +12,101 @@ pub fn claims() -> Vec<Claim> {
             "proposition-1",
             "(25) encloses A(delta) z + Delta c + w for delta in [-1, 1]^n",
             "also for delta that depends on the state: safe for quasi-LPV systems",
-            zonotope,
-        ),
+            |t| zonotope(t, &Phi::whole()),
+        )
+        .twin("nine tenths of Phi", |t| {
+            zonotope(t, &Phi { part: frac(9, 10), ..Phi::whole() })
+        })
+        .twin("A_i c left out of Phi", |t| zonotope(t, &Phi { center: false, ..Phi::whole() }))
+        .twin("G^w left out", |t| zonotope(t, &Phi { noise: false, ..Phi::whole() })),
         claim(
             "proposition-2",
-            "(26) bounds the covariance of A(delta) g + w for delta in [-1, 1]^n that does not depend on g",
-            "the overbars of (26) are needed",
-            covariance,
-        ),
+            "(26), with the overbars that its proof applies, bounds the covariance of A(delta) g + w for delta in [-1, 1]^n \
+             that does not depend on g",
+            "the overbars of (26), which our text has lost, are needed",
+            |t| covariance(t, true),
+        )
+        .twin("the overbars left out", |t| covariance(t, false)),
         claim(
             "proposition-2-quasi-lpv",
-            "(26) bounds the covariance of A(delta) g + w in the quasi-LPV case, delta a function of the state",
-            "P is no covariance bound there; what remains: g in E(sP) gives A(delta) g in E(s P^), one step",
-            covariance_of_states,
-        ),
+            "(26) bounds the covariance of A(delta) g + w for the scheduling parameter delta \"containing state information\"",
+            "its proof holds A fixed inside E; P is no covariance bound in the quasi-LPV case. What remains: g in E(sP) gives \
+             A(delta) g in E(s P^), one step",
+            |t| covariance_of_states(t, q(1)),
+        )
+        .twin("nine tenths of P^", |t| covariance_of_states(t, frac(9, 10))),
         claim(
             "remark-3",
             "the interval form encloses A(delta) z + Delta c + w, with n_g + n_gw + 2n generators",
             "never smaller than (25)",
-            interval_form,
-        ),
+            |t| interval_form(t, &Blocks::whole()),
+        )
+        .twin("nine tenths of the block of G", |t| {
+            interval_form(t, &Blocks { set: frac(9, 10), ..Blocks::whole() })
+        })
+        .twin("nine tenths of the block of c", |t| {
+            interval_form(t, &Blocks { center: frac(9, 10), ..Blocks::whole() })
+        }),
         claim(
             "remark-3-set",
-            "with one entry in each A_i the interval form is the same set as (25)",
+            "(a remark of ours) with one entry in each A_i the interval form is the same set as (25)",
             "EZGKF-M differs by its list of generators, hence by its gain; merged, n parallel columns suffice",
-            same_set,
-        ),
+            |t| same_set(t, &Blocks::whole()),
+        )
+        .class(Class::Remark)
+        .twin("nine tenths of the block of c", |t| {
+            same_set(t, &Blocks { center: frac(9, 10), ..Blocks::whole() })
+        }),
         claim(
             "section-V-interval",
-            "the state matrix of V-B is really interval, unlike that of V-A, which is affine",
-            "both are both: EZGKF-M applies to case A as well",
-            case_a_is_interval,
-        ),
+            "the state matrix of V-B is an interval matrix, and that of V-A is affine in the scheduling parameter",
+            "",
+            |t| kinds_of_matrices(t, &[(1, 1)]),
+        )
+        .twin("a second entry of A_1 in V-B, moved by the same delta", |t| {
+            kinds_of_matrices(t, &[(1, 1), (0, 1)])
+        }),
+        claim(
+            "section-V-both",
+            "(a remark of ours) that of V-A is an interval matrix as well: EZGKF-M applies there too",
+            "one entry of A_1 each; what differs is that the paper makes delta of V-A from the state, and that of V-B comes from outside",
+            |t| both_are_intervals(t, &[(1, 1)]),
+        )
+        .class(Class::Remark)
+        .twin("a second entry of A_1 in V-A", |t| both_are_intervals(t, &[(1, 1), (0, 1)])),
     ]
+}
+
+/// The blocks of (25), and what a damaged twin leaves of them.
+struct Phi {
+    part: Q,
+    center: bool,
+    noise: bool,
+}
+
+impl Phi {
+    fn whole() -> Self {
+        Self {
+            part: q(1),
+            center: true,
+            noise: true,
+        }
+    }
+}
+
+/// The diagonal blocks of Remark 3, and what a damaged twin leaves of them.
+struct Blocks {
+    set: Q,
+    center: Q,
+}
+
+impl Blocks {
+    fn whole() -> Self {
+        Self {
+            set: q(1),
+            center: q(1),
+        }
+    }
 }
 
 /// An instance: A_0, the A_i, prior generators, centre, noise generators.
@@ -88,45 +150,54 @@ impl Instance {
     }
 
     /// (25): [A_0 G, G_w, A_i c, A_i G].
-    fn affine(&self) -> Cz {
-        let mut g = self.a0.mul(&self.g).beside(&self.w);
+    fn affine(&self, phi: &Phi) -> Cz {
+        let noise = self.w.scale(&q(i64::from(phi.noise)));
+        let mut g = self.a0.mul(&self.g).beside(&noise);
         let column = M::from_fn(self.c.len(), 1, |i, _| self.c[i].clone());
+        let column = column.scale(&q(i64::from(phi.center)));
         for a in &self.a {
-            g = g.beside(&a.mul(&column)).beside(&a.mul(&self.g));
+            let block = a.mul(&column).beside(&a.mul(&self.g));
+            g = g.beside(&block.scale(&phi.part));
         }
         Cz::zonotope(g, vec![Q::zero(); self.c.len()])
     }
 
     /// Remark 3: [A_0 G, diag(rad A |G| 1), G_w, diag(rad A |c|)].
-    fn interval(&self) -> Cz {
+    fn interval(&self, blocks: &Blocks) -> Cz {
         let n = self.c.len();
         let rad = self.a.iter().fold(M::zeros(n, n), |s, a| s.add(&a.abs()));
         let absolute: V = self.c.iter().map(Signed::abs).collect();
         let g = self
             .a0
             .mul(&self.g)
-            .beside(&M::diag(&rad.mul(&self.g.abs()).row_sums()))
+            .beside(&M::diag(&rad.mul(&self.g.abs()).row_sums()).scale(&blocks.set))
             .beside(&self.w)
-            .beside(&M::diag(&rad.apply(&absolute)));
+            .beside(&M::diag(&rad.apply(&absolute)).scale(&blocks.center));
         Cz::zonotope(g, vec![Q::zero(); n])
     }
 
-    /// A(δ) z + Δ c + w; δ is drawn, or the sign that goes farthest along `d`, which depends on z.
-    fn member(&self, draw: &mut Source, d: &[Q]) -> V {
-        let z = self.g.apply(&draw.units(self.g.cols()));
-        let dependent = draw.int(0, 1) == 1;
-        let mut out = add(&self.a0.apply(&z), &self.w.apply(&draw.units(1)));
-        let both = add(&z, &self.c);
-        for a in &self.a {
-            let term = a.apply(&both);
-            let delta = if dependent {
-                q(if dot(d, &term).is_negative() { -1 } else { 1 })
-            } else {
-                draw.unit()
-            };
-            out = add(&out, &scale(&delta, &term));
-        }
-        out
+    /// The A(δ) z + Δ c + w that goes farthest along `d`: δ at a corner of its box, z and w at the vertices of their
+    /// zonotopes that then go farthest. Depending on z, δ may be any corner.
+    fn farthest(&self, d: &[Q]) -> V {
+        let sign = |x: &Q| q(if x.is_negative() { -1 } else { 1 });
+        let vertex = |g: &M, d: &[Q]| g.apply(&g.t().apply(d).iter().map(sign).collect::<V>());
+        let corners = 0..1_usize << self.a.len();
+        let members = corners.map(|bits| {
+            let signs = (0..self.a.len()).map(|i| q(if bits >> i & 1 == 1 { 1 } else { -1 }));
+            let n = self.c.len();
+            let delta = self
+                .a
+                .iter()
+                .zip(signs)
+                .fold(M::zeros(n, n), |s, (a, sign)| s.add(&a.scale(&sign)));
+            let a = self.a0.add(&delta);
+            let z = vertex(&self.g, &a.t().apply(d));
+            add(
+                &add(&a.apply(&z), &delta.apply(&self.c)),
+                &vertex(&self.w, d),
+            )
+        });
+        members.max_by_key(|x| dot(x, d)).unwrap_or_default()
     }
 }
 
@@ -134,40 +205,41 @@ fn support(z: &Cz, d: &[Q]) -> Q {
     dot(&z.c, d) + norm1(&z.g.t().apply(d))
 }
 
-fn zonotope(t: &mut Trial) {
+fn zonotope(t: &mut Trial, phi: &Phi) {
     for _ in 0..400 {
         let i = Instance::drawn(&mut t.draw, false);
         let d = t.draw.direction(2, 3);
-        let set = i.affine();
-        let x = i.member(&mut t.draw, &d);
+        let set = i.affine(phi);
+        let x = i.farthest(&d);
         t.check(dot(&d, &x) <= support(&set, &d));
         t.check(set.g.cols() == i.g.cols() + i.w.cols() + i.a.len() * (1 + i.g.cols()));
     }
 }
 
-fn interval_form(t: &mut Trial) {
+fn interval_form(t: &mut Trial, blocks: &Blocks) {
     for _ in 0..400 {
         let i = Instance::drawn(&mut t.draw, false);
         let d = t.draw.direction(2, 3);
-        let set = i.interval();
-        let x = i.member(&mut t.draw, &d);
+        let set = i.interval(blocks);
+        let x = i.farthest(&d);
         t.check(dot(&d, &x) <= support(&set, &d));
         t.check(set.g.cols() == i.g.cols() + i.w.cols() + 4);
-        t.check(support(&set, &d) >= support(&i.affine(), &d));
+        t.check(support(&set, &d) >= support(&i.affine(&Phi::whole()), &d));
     }
 }
 
-fn same_set(t: &mut Trial) {
+fn same_set(t: &mut Trial, blocks: &Blocks) {
     for _ in 0..600 {
         let i = Instance::drawn(&mut t.draw, true);
         let d = t.draw.direction(2, 3);
-        t.check(support(&i.interval(), &d) == support(&i.affine(), &d));
+        t.check(support(&i.interval(blocks), &d) == support(&i.affine(&Phi::whole()), &d));
     }
 }
 
 /// A_0 = I, P = I, and A_i such that every overbar of (26) is rational: multiples of rotations, or symmetric
-/// matrices with the same eigenvectors.
-fn spread(draw: &mut Source, count: usize) -> (Vec<M>, M) {
+/// matrices with the same eigenvectors. The second is (26), with the overbars or without.
+fn spread(draw: &mut Source, count: usize, bars: bool) -> (Vec<M>, M) {
+    let bar = |x: Q| if bars { x.abs() } else { x };
     if draw.int(0, 1) == 1 {
         let a: Vec<M> = (0..count)
             .map(|_| rotation(draw).scale(&frac(draw.int(1, 4), 2)))
@@ -175,10 +247,10 @@ fn spread(draw: &mut Source, count: usize) -> (Vec<M>, M) {
         // sym(Oᵢ Oⱼᵀ) is a multiple of I.
         let mut sum = Q::zero();
         for i in 0..count {
-            sum += (&a[i][(0, 0)] * q(2)).abs();
+            sum += bar(&a[i][(0, 0)] * q(2));
             sum += a[i].mul(&a[i].t())[(0, 0)].clone();
             for j in i + 1..count {
-                sum += (a[i].mul(&a[j].t())[(0, 0)].clone() * q(2)).abs();
+                sum += bar(a[i].mul(&a[j].t())[(0, 0)].clone() * q(2));
             }
         }
         let bar = M::identity(2).scale(&(sum + q(1)));
@@ -187,16 +259,16 @@ fn spread(draw: &mut Source, count: usize) -> (Vec<M>, M) {
     let base = rotation(draw);
     let d: Vec<V> = (0..count).map(|_| draw.vector(2, 2)).collect();
     let with = |d: &[Q]| base.mul(&M::diag(d)).mul(&base.t());
-    let mut bar = M::identity(2);
+    let mut bound = M::identity(2);
     for i in 0..count {
-        let own: V = d[i].iter().map(|x| (x * q(2)).abs() + x * x).collect();
-        bar = bar.add(&with(&own));
+        let own: V = d[i].iter().map(|x| bar(x * q(2)) + x * x).collect();
+        bound = bound.add(&with(&own));
         for j in i + 1..count {
-            let cross: V = (0..2).map(|k| (&d[i][k] * &d[j][k] * q(2)).abs()).collect();
-            bar = bar.add(&with(&cross));
+            let cross: V = (0..2).map(|k| bar(&d[i][k] * &d[j][k] * q(2))).collect();
+            bound = bound.add(&with(&cross));
         }
     }
-    (d.iter().map(|d| with(d)).collect(), bar)
+    (d.iter().map(|d| with(d)).collect(), bound)
 }
 
 fn closed(a: &[M], delta: &[Q]) -> M {
@@ -205,15 +277,16 @@ fn closed(a: &[M], delta: &[Q]) -> M {
         .fold(M::identity(2), |s, (a, d)| s.add(&a.scale(d)))
 }
 
-fn covariance(t: &mut Trial) {
+fn covariance(t: &mut Trial, bars: bool) {
     for _ in 0..300 {
         let count = t.draw.size(1, 3);
-        let (a, bar) = spread(&mut t.draw, count);
+        let (a, bar) = spread(&mut t.draw, count, bars);
         let m = closed(&a, &t.draw.units(count));
         t.check(bar.sub(&m.mul(&m.t())).is_psd());
         // One A with any antisymmetric part: A_0 P A' + A P A_0' = 2 sym(A).
         let d = t.draw.vector(2, 3);
         let (s, s_bar) = spectral(&mut t.draw, &d);
+        let s_bar = if bars { s_bar } else { s.clone() };
         let k = q(t.draw.int(-2, 2));
         let a = s.add(&M::of_rows(2, &[vec![q(0), -k.clone()], vec![k, q(0)]]));
         let bar = M::identity(2).add(&s_bar.scale(&q(2))).add(&a.mul(&a.t()));
@@ -225,7 +298,7 @@ fn covariance(t: &mut Trial) {
 /// A_0 = P = I, Q = 0, A_1 = s O with a rotation by φ, δ = sign((d·g)(d·A_1 g)): then E[(d·x)²] =
 /// |d|² + s²|d|² + 2 s E|UV| |d|² for normal U, V of correlation ρ = cos φ, and (26) allows 2 s |ρ| in place of
 /// 2 s E|UV| = (4 s/π)(√(1−ρ²) + ρ asin ρ) ≥ (14 s/11)(|sin φ| + ρ²), by π < 22/7 and asin ρ ≥ ρ.
-fn covariance_of_states(t: &mut Trial) {
+fn covariance_of_states(t: &mut Trial, part: Q) {
     let excess = |o: &M| {
         let (rho, sin) = (o[(0, 0)].abs(), o[(1, 0)].abs());
         frac(14, 11) * (sin + &rho * &rho) - q(2) * rho
@@ -241,40 +314,69 @@ fn covariance_of_states(t: &mut Trial) {
         let o = rotation(&mut t.draw);
         t.check(!excess(&o).is_positive());
         // What remains: one point, δ chosen by it.
-        let (a, bar) = spread(&mut t.draw, 1);
+        let (a, bar) = spread(&mut t.draw, 1, true);
         let g = t.draw.direction(2, 3);
         let sign = t.draw.sign();
         let x = closed(&a, &[sign]).apply(&g);
-        let level = bar.inverse().map(|i| dot(&x, &i.apply(&x)));
+        let level = bar.scale(&part).inverse().map(|i| dot(&x, &i.apply(&x)));
         t.repaired(level.is_some_and(|level| level <= dot(&g, &g)));
     }
 }
 
-/// The interval matrix [A_0 − |A_1|, A_0 + |A_1|] of both case studies: A_1 has one entry.
-fn case_a_is_interval(t: &mut Trial) {
-    let case_a = |z: &Q| {
-        let mut a = M::zeros(2, 2);
-        a[(1, 1)] = -frac(1, 10) * z;
-        a
-    };
-    let mut case_b = M::zeros(2, 2);
-    case_b[(1, 1)] = frac(3, 10);
-    // Affine and not interval: some matrix between the bounds is not A_0 + δ A_1.
-    let not_interval = |a: &M| {
-        let entries = (0..2).flat_map(|i| (0..2).map(move |j| (i, j)));
-        entries.filter(|&at| !a[at].is_zero()).count() > 1
-    };
-    let first = case_a(&q(1));
-    t.check_or(not_interval(&first), || {
-        format!(
-            "V-A: A1 = rad(z) {}, V-B: A1 = {}: one entry each, so both families are interval matrices",
-            first.text(),
-            case_b.text()
-        )
-    });
-    t.repaired(!not_interval(&case_b));
+/// A_1 with `value` at these places.
+fn spread_at(places: &[(usize, usize)], value: &Q) -> M {
+    M::from_fn(2, 2, |i, j| {
+        if places.contains(&(i, j)) {
+            value.clone()
+        } else {
+            Q::zero()
+        }
+    })
+}
+
+/// Whether some δ in [−1, 1] has δ A_1 = `delta`.
+fn is_multiple(a1: &M, delta: &M) -> bool {
+    let at = (0..2).flat_map(|i| (0..2).map(move |j| (i, j)));
+    let ratio = at
+        .clone()
+        .find(|&at| !a1[at].is_zero())
+        .map(|at| &delta[at] / &a1[at]);
+    ratio.is_some_and(|d| d.abs() <= q(1) && at.clone().all(|at| delta[at] == &a1[at] * &d))
+}
+
+/// A matrix between −|A_1| and |A_1|.
+fn between(draw: &mut Source, a1: &M) -> M {
+    M::from_fn(2, 2, |i, j| draw.unit() * &a1[(i, j)])
+}
+
+/// V-B: every matrix of [A_0 − |A_1|, A_0 + |A_1|] is some A_0 + δ A_1. V-A: A is affine in z = x_1², over the interval
+/// [z] with δ = (z − mid) / rad.
+fn kinds_of_matrices(t: &mut Trial, places: &[(usize, usize)]) {
+    let case_b = spread_at(places, &frac(3, 10));
     for _ in 0..50 {
-        let z = q(t.draw.int(1, 40)) / q(8);
-        t.check(not_interval(&case_a(&z)));
+        let delta = between(&mut t.draw, &case_b);
+        t.check(is_multiple(&case_b, &delta));
+        let (mid, rad) = (q(t.draw.int(0, 8)), frac(t.draw.int(1, 8), 4));
+        let a = |z: &Q| {
+            M::of_rows(
+                2,
+                &[
+                    vec![q(1), frac(1, 10)],
+                    vec![-frac(1, 10), frac(11, 10) - z / q(10)],
+                ],
+            )
+        };
+        let delta = t.draw.unit();
+        let a1 = spread_at(&[(1, 1)], &(-&rad / q(10)));
+        t.check(a(&(&mid + &rad * &delta)) == a(&mid).add(&a1.scale(&delta)));
+    }
+}
+
+fn both_are_intervals(t: &mut Trial, places: &[(usize, usize)]) {
+    for _ in 0..50 {
+        let rad = frac(t.draw.int(1, 40), 8);
+        let case_a = spread_at(places, &(-rad / q(10)));
+        let delta = between(&mut t.draw, &case_a);
+        t.check(is_multiple(&case_a, &delta));
     }
 }

@@ -2,7 +2,7 @@
 
 use super::claim;
 use crate::exact::{Cz, M, Q, Source, V, dot, frac, norm1, q, v};
-use crate::{Claim, Trial};
+use crate::{Claim, Class, Trial};
 use num_traits::{Signed, Zero};
 
 pub fn claims() -> Vec<Claim> {
@@ -11,43 +11,62 @@ pub fn claims() -> Vec<Claim> {
             "properties-2.1-2.3",
             "sum and image of zonotopes, and the reduction of Remark 1 encloses",
             "",
-            zonotopes,
-        ),
+            |t| zonotopes(t, true),
+        )
+        .twin("sums without absolute values in Remark 1", |t| zonotopes(t, false)),
         claim(
             "exp-log",
-            "exp and log between SE(2) and its algebra are bijective",
-            "only for headings below pi: log is refused beyond",
-            bijective,
-        ),
+            "exp and log between a Lie group and its algebra satisfy a bijection relation",
+            "on SE(2) for headings below half a turn only: log is refused beyond, and with 30 generators and Remark 1 the sets of \
+             headings of Tables I and II are wider than that",
+            |t| bijective(t, 1),
+        )
+        .twin("headings up to a whole turn", |t| bijective(t, 4)),
         claim(
             "lemma-2.1",
-            "f(X1)^-1 f(X2) = g(X1^-1 X2), and g(exp(e)) = exp(A e) + O(|e|^2)",
-            "the second is exact, without a remainder, with A = Ad(exp(-delta u))",
-            group_affine,
-        ),
+            "f is group affine (1) if and only if f(X1)^-1 f(X2) = g(X1^-1 X2); and g(exp(e)) = exp(A e) + O(|e|^2)",
+            "for the vehicle's f the second is exact, without a remainder, with A = Ad(exp(-delta u))",
+            |t| group_affine(t, &Affine::whole()),
+        )
+        .twin("f(I)^-1 left out of (1)", |t| {
+            group_affine(t, &Affine { unit: false, ..Affine::whole() })
+        })
+        .twin("the translation left out of Ad", |t| {
+            group_affine(t, &Affine { translation: false, ..Affine::whole() })
+        }),
         claim(
             "appendix-C",
-            "A = I - delta ad(u)",
-            "exact for omega = 0 only: Ad(exp(-delta u)) has to be used",
-            adjoint,
-        ),
+            "exp(-[delta u]) exp([e]) exp([delta u]) = exp([(I - delta ad(u)) e]), thus A = I - delta ad(u)",
+            "so for omega = 0; otherwise this A is not that of Lemma 2.1, for the error is linear in e: Ad(exp(-delta u)) has to \
+             be used",
+            |t| adjoint(t, true),
+        )
+        .twin("delta ad(u) with the other sign at omega = 0", |t| adjoint(t, false)),
         claim(
             "remark-5",
-            "with the alternative innovation C is constant (left and right action)",
-            "for the left action only",
-            constant_output,
-        ),
+            "with the alternative innovation C does not depend on the estimate (for the actions that C^o stands for)",
+            "so for the left action, the only one that the paper uses; on the right action it is silent",
+            |t| constant_output(t, true),
+        )
+        .twin("the innovation y - x^ in place of the alternative one", |t| constant_output(t, false)),
         claim(
             "equations-14-18",
-            "the model (14) is written on the group as (18)",
+            "(a remark of ours; the paper writes \"from (13) and (17a)\" and ignores higher orders) the model (14) is not that of (18)",
             "a guarantee needs the truth of (18), or a wider W",
-            models,
-        ),
+            |t| models(t, false),
+        )
+        .class(Class::Remark)
+        .twin("omega not 0", |t| models(t, true)),
     ]
 }
 
 /// R_s(H) of Remark 1.
 pub fn reduced(h: &M, s: usize) -> M {
+    reduced_by(h, s, Signed::abs)
+}
+
+/// The same with another summand in place of the absolute value.
+fn reduced_by(h: &M, s: usize, summand: fn(&Q) -> Q) -> M {
     let (d, m) = (h.rows(), h.cols());
     if m <= s {
         return h.clone();
@@ -63,12 +82,15 @@ pub fn reduced(h: &M, s: usize) -> M {
     let kept = M::from_fn(d, s - d, |i, j| h[(i, order[j])].clone());
     let rest = &order[s - d..];
     let sums: V = (0..d)
-        .map(|i| rest.iter().fold(Q::zero(), |sum, &j| sum + h[(i, j)].abs()))
+        .map(|i| {
+            rest.iter()
+                .fold(Q::zero(), |sum, &j| sum + summand(&h[(i, j)]))
+        })
         .collect();
     kept.beside(&M::diag(&sums))
 }
 
-fn zonotopes(t: &mut Trial) {
+fn zonotopes(t: &mut Trial, absolute: bool) {
     for _ in 0..300 {
         let (a, b) = (t.draw.matrix(3, 5, 3), t.draw.matrix(3, 4, 3));
         let d = t.draw.direction(3, 3);
@@ -78,9 +100,11 @@ fn zonotopes(t: &mut Trial) {
         let e = t.draw.direction(2, 3);
         t.check(support(&l.mul(&a), &e) == support(&a, &l.t().apply(&e)));
         let all = a.beside(&b);
-        let small = reduced(&all, 6);
+        let small = reduced_by(&all, 6, if absolute { Signed::abs } else { Q::clone });
         t.check(small.cols() == 6 && support(&small, &d) >= support(&all, &d));
-        let point = all.apply(&t.draw.units(all.cols()));
+        // The vertex that goes farthest along d.
+        let sign = |x: &Q| q(if x.is_negative() { -1 } else { 1 });
+        let point = all.apply(&all.t().apply(&d).iter().map(sign).collect::<V>());
         t.check(Cz::zonotope(small, v(&[0, 0, 0])).contains(&point));
     }
 }
@@ -103,7 +127,7 @@ fn is_identity(k: i64, u: &[Q]) -> bool {
     sin == 0 && cos == 1 && moved.iter().all(Zero::is_zero)
 }
 
-fn bijective(t: &mut Trial) {
+fn bijective(t: &mut Trial, quarters: i64) {
     t.check_or(!is_identity(4, &v(&[0, 0])), || {
         "exp(2 pi, 0, 0) = I = exp(0, 0, 0)".to_owned()
     });
@@ -112,7 +136,7 @@ fn bijective(t: &mut Trial) {
         let u = t.draw.vector(2, 3);
         let zero = k == 0 && u.iter().all(Zero::is_zero);
         t.check(zero || !is_identity(k, &u));
-        let k = t.draw.int(-1, 1);
+        let k = t.draw.int(-quarters, quarters);
         let zero = k == 0 && u.iter().all(Zero::is_zero);
         t.repaired(zero == is_identity(k, &u));
     }
@@ -176,21 +200,68 @@ fn adjoint_of(x: &M) -> M {
     })
 }
 
-/// f(X) = X F. The series of exp commutes with conjugation, so g(exp ε) = F⁻¹ exp(ε) F = exp(Ad ε) exactly if
-/// F⁻¹ [ε]^ F = [Ad ε]^.
-fn group_affine(t: &mut Trial) {
-    for _ in 0..200 {
-        let [a, b, f] = [(); 3].map(|()| element(&mut t.draw));
-        let step = |x: &M| x.mul(&f);
-        let left = inverse(&step(&a)).mul(&step(&b));
-        let error = inverse(&a).mul(&b);
-        t.check(left == inverse(&f).mul(&error).mul(&f));
-        // (1): f(X1 X2) = f(X1) f(I)^-1 f(X2).
-        let product = step(&a).mul(&inverse(&f)).mul(&step(&b));
-        t.check(step(&a.mul(&b)) == product);
+/// (1) and Ad, and what a damaged twin leaves of them.
+struct Affine {
+    /// f(I)⁻¹ in (1).
+    unit: bool,
+    /// The translation in Ad.
+    translation: bool,
+}
+
+impl Affine {
+    fn whole() -> Self {
+        Self {
+            unit: true,
+            translation: true,
+        }
+    }
+}
+
+/// A map of SE(2) to itself.
+type Map = Box<dyn Fn(&M) -> M>;
+
+/// Maps of SE(2) to itself: X ↦ E X F, which is group affine, and others, which are not.
+fn maps(e: &M, f: &M) -> [Map; 4] {
+    let [e1, f1, f2, f3] = [e, f, f, f].map(M::clone);
+    [
+        Box::new(move |x| e1.mul(x).mul(&f1)),
+        Box::new(move |x| x.mul(&f2)),
+        Box::new(|x| x.mul(x)),
+        Box::new(move |x| inverse(x).mul(&f3)),
+    ]
+}
+
+fn group_affine(t: &mut Trial, how: &Affine) {
+    for _ in 0..20 {
+        let [e, f] = [(); 2].map(|()| element(&mut t.draw));
+        for map in maps(&e, &f) {
+            // (1), and that f(X1)⁻¹ f(X2) stays when Z goes before both, over the same draws.
+            let (mut affine, mut invariant) = (true, true);
+            for _ in 0..6 {
+                let [a, b, z] = [(); 3].map(|()| element(&mut t.draw));
+                let unit = if how.unit {
+                    inverse(&map(&M::identity(3)))
+                } else {
+                    M::identity(3)
+                };
+                affine &= map(&a.mul(&b)) == map(&a).mul(&unit).mul(&map(&b));
+                let error = |a: &M, b: &M| inverse(&map(a)).mul(&map(b));
+                invariant &= error(&a, &b) == error(&z.mul(&a), &z.mul(&b));
+            }
+            t.check(affine == invariant);
+        }
+        // The vehicle's f(X) = X F. The series of exp commutes with conjugation, so g(exp ε) = F⁻¹ exp(ε) F =
+        // exp(Ad ε) exactly if F⁻¹ [ε]^ F = [Ad ε]^.
         let e = t.draw.vector(3, 3);
-        let moved = adjoint_of(&inverse(&f)).apply(&e);
-        t.check(inverse(&f).mul(&wedge(&e)).mul(&f) == wedge(&moved));
+        let ad = adjoint_of(&inverse(&f));
+        let ad = M::from_fn(3, 3, |i, j| {
+            if i > 0 && j == 0 && !how.translation {
+                q(0)
+            } else {
+                ad[(i, j)].clone()
+            }
+        });
+        t.check(inverse(&f).mul(&wedge(&e)).mul(&f) == wedge(&ad.apply(&e)));
     }
 }
 
@@ -199,21 +270,22 @@ pub fn versine_over(s: &Q) -> Q {
     s / q(2) - s * s * s / q(24)
 }
 
-/// Ad(exp(−δu)) has cos(δω) on its diagonal and δν (1 − cos(δω))/(δω) in its lateral row; I − δ ad(u) has 1 and 0.
-fn adjoint(t: &mut Trial) {
-    let lateral = |s: &Q, distance: &Q| distance * versine_over(s);
-    let missing = lateral(&frac(4, 1000), &frac(8, 100));
+/// Ad(exp(−δu)) has cos(δω) on its diagonal and δν (1 − cos(δω))/(δω) in its longitudinal row; I − δ ad(u) has 1 and 0
+/// there. Both have δν, or nearly so, in the lateral row.
+fn adjoint(t: &mut Trial, minus: bool) {
+    let longitudinal = |s: &Q, distance: &Q| distance * versine_over(s);
+    let missing = longitudinal(&frac(4, 1000), &frac(8, 100));
     t.check_or(!missing.is_positive(), || {
         format!(
-            "delta = .01, omega = .4, nu = 8: the lateral row of Ad(exp(-delta u)) has at least {missing} per rad, \
-             I - delta ad(u) has 0"
+            "delta = .01, omega = .4, nu = 8: the longitudinal row of Ad(exp(-delta u)) has at least {missing} per rad, \
+             that of I - delta ad(u) has 0"
         )
     });
     for _ in 0..300 {
         let s = frac(t.draw.int(0, 20), 20);
         let distance = q(t.draw.int(1, 8));
         // 1 − cos s ≥ s²/2 − s⁴/24 > 0 unless s = 0.
-        let equal = !lateral(&s, &distance).is_positive();
+        let equal = !longitudinal(&s, &distance).is_positive();
         t.check(equal);
         if s.is_zero() {
             let f = M::of_rows(
@@ -224,9 +296,10 @@ fn adjoint(t: &mut Trial) {
                     v(&[0, 0, 1]),
                 ],
             );
+            let lateral = if minus { distance } else { -distance };
             let linear = M::of_rows(
                 3,
-                &[v(&[1, 0, 0]), v(&[0, 1, 0]), vec![distance, q(0), q(1)]],
+                &[v(&[1, 0, 0]), v(&[0, 1, 0]), vec![lateral, q(0), q(1)]],
             );
             t.repaired(adjoint_of(&inverse(&f)) == linear);
         }
@@ -234,7 +307,7 @@ fn adjoint(t: &mut Trial) {
 }
 
 /// z = X̂⁻¹ X b − b to first order in ε: left, X = X̂ exp ε, it is [ε]^ b; right, X = exp(ε) X̂, X̂⁻¹ [ε]^ X̂ b.
-fn constant_output(t: &mut Trial) {
+fn constant_output(t: &mut Trial, alternative: bool) {
     let b = v(&[0, 0, 1]);
     let unit = M::identity(3);
     let right = |x: &M| {
@@ -245,7 +318,14 @@ fn constant_output(t: &mut Trial) {
     };
     let left = |x: &M| {
         let columns: Vec<V> = (0..3)
-            .map(|j| inverse(x).mul(x).mul(&wedge(unit.row(j))).apply(&b))
+            .map(|j| {
+                let before = if alternative {
+                    inverse(x).mul(x)
+                } else {
+                    x.clone()
+                };
+                before.mul(&wedge(unit.row(j))).apply(&b)
+            })
             .collect();
         M::from_fn(2, 3, |i, j| columns[j][i].clone())
     };
@@ -266,7 +346,7 @@ fn constant_output(t: &mut Trial) {
 }
 
 /// One step from the origin without noise: (14) goes straight, (18) sideways by δν (1 − cos(δω))/(δω).
-fn models(t: &mut Trial) {
+fn models(t: &mut Trial, turning: bool) {
     let sideways = |s: &Q, distance: &Q| distance * versine_over(s);
     let gap = sideways(&frac(4, 1000), &frac(8, 100));
     t.check_or(!gap.is_positive(), || {
@@ -279,7 +359,7 @@ fn models(t: &mut Trial) {
         let s = frac(t.draw.int(0, 20), 20);
         let same = !sideways(&s, &q(t.draw.int(1, 8))).is_positive();
         t.check(same);
-        if s.is_zero() {
+        if s.is_zero() || turning {
             t.repaired(same);
         }
     }

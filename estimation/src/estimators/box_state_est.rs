@@ -170,7 +170,8 @@ impl BoxStateEst {
         let o = IntervalMatrix::vcat(&outputs.iter().collect::<Vec<_>>())
             .finite("observability matrix")
             .map_err(EstimationError::at(0, "observability matrix"))?;
-        let rank = o.mid().rank();
+        let decomposed = EstimationError::at(0, "observability matrix");
+        let rank = o.mid().rank().map_err(&decomposed)?;
         if rank < n {
             return Err(EstimationError::Unobservable {
                 kind: KIND,
@@ -178,7 +179,7 @@ impl BoxStateEst {
                 n,
             });
         }
-        let singular_values = o.mid().singular_values();
+        let singular_values = o.mid().singular_values().map_err(&decomposed)?;
         let condition = singular_values[0] / singular_values[n - 1];
         let b = IntervalMatrix::from(&parts.b);
         let input_steps: Vec<IntervalMatrix> = powers[..n.saturating_sub(1)]
@@ -421,7 +422,7 @@ impl Inversion {
             return Ok(None);
         }
         let o = IntervalMatrix::from_fn(rows.len(), n, |i, j| o[(rows[i], j)]);
-        if o.mid().rank() < n {
+        if o.mid().rank()? < n {
             return Ok(None);
         }
         let q = o.mid().pseudo_inverse()?;

@@ -1,13 +1,16 @@
 //! CZMV and CZFO: constrained zonotopes through the mean value or the first-order Taylor extension, with
 //! exact intersections.
 
+use super::scale::{InUnits, Scale, Units, divided_box};
 use super::set_membership::{ConstrainedBelief, Model};
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::propagation::{Choice, Expansion, Remainder, first_order, mean_value};
 use crate::{EstimationError, Problem};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::lp::LinearProgram;
+use zonobench_sets::number::Function;
 use zonobench_sets::reduction::scott;
+use zonobench_sets::{ConstrainedZonotope, IntervalVector, SetError};
 
 /// Settings of `czmv`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,6 +23,9 @@ pub struct CzmvSettings {
     /// The point that f is linearised about; `c2` unless given.
     #[serde(default = "c2")]
     pub h: Choice,
+    /// In which units h is closest to another point, and generators and scores are compared; those of the state unless given.
+    #[serde(default, skip_serializing_if = "Scale::is_none")]
+    pub scale: Scale,
 }
 
 fn c2() -> Choice {
@@ -43,10 +49,61 @@ pub struct CzfoSettings {
     /// Which remainder; `symmetric` unless given.
     #[serde(default)]
     pub remainder: Remainder,
+    /// In which units h is closest to another point, and generators and scores are compared; those of the state unless given.
+    #[serde(default, skip_serializing_if = "Scale::is_none")]
+    pub scale: Scale,
 }
 
 fn c4() -> Choice {
     Choice::C4
+}
+
+/// How a set is propagated through any f, in whatever units.
+trait Extension {
+    fn of<F: Function>(
+        &self,
+        f: &F,
+        x: &ConstrainedZonotope,
+        hull: &IntervalVector,
+        w: &ConstrainedZonotope,
+        lp: &mut LinearProgram,
+    ) -> Result<ConstrainedZonotope, SetError>;
+}
+
+struct MeanValue(Choice);
+
+impl Extension for MeanValue {
+    fn of<F: Function>(
+        &self,
+        f: &F,
+        x: &ConstrainedZonotope,
+        hull: &IntervalVector,
+        w: &ConstrainedZonotope,
+        lp: &mut LinearProgram,
+    ) -> Result<ConstrainedZonotope, SetError> {
+        mean_value(f, x, hull, w, self.0, lp)
+    }
+}
+
+struct FirstOrder<'a>(&'a CzfoSettings);
+
+impl Extension for FirstOrder<'_> {
+    fn of<F: Function>(
+        &self,
+        f: &F,
+        x: &ConstrainedZonotope,
+        hull: &IntervalVector,
+        w: &ConstrainedZonotope,
+        lp: &mut LinearProgram,
+    ) -> Result<ConstrainedZonotope, SetError> {
+        let CzfoSettings {
+            h,
+            expansion,
+            remainder,
+            ..
+        } = *self.0;
+        first_order(f, x, hull, w, h, remainder, expansion, lp)
+    }
 }
 
 /// What both filters share.
@@ -55,6 +112,7 @@ struct ConstrainedFilter {
     model: Model,
     generators: usize,
     constraints: usize,
+    units: Units,
 }
 
 impl ConstrainedFilter {
@@ -62,6 +120,7 @@ impl ConstrainedFilter {
         kind: &'static str,
         generators: usize,
         constraints: usize,
+        scale: Scale,
         problem: &Problem,
     ) -> Result<Self, EstimationError> {
         let model = Model::new(kind, problem)?;
@@ -79,11 +138,44 @@ impl ConstrainedFilter {
             model,
             generators,
             constraints,
+            units: scale.units(&problem.prior),
         })
     }
 
     fn prior(&self) -> ConstrainedBelief {
         ConstrainedBelief::new(self.model.prior.clone(), Default::default())
+    }
+
+    fn reduce(&self, set: ConstrainedZonotope) -> Result<ConstrainedZonotope, SetError> {
+        let reduce = |set: &_| scott::reduce(set, self.generators, self.constraints);
+        self.units.constrained(&set.fold(), reduce)
+    }
+
+    /// `extension` of the belief's set, its hull and f, all in the filter's units.
+    fn predict(
+        &self,
+        k: usize,
+        belief: &ConstrainedBelief,
+        u: &[f64],
+        extension: impl Extension,
+    ) -> Result<ConstrainedBelief, EstimationError> {
+        let f = self.model.dynamics(k - 1, u)?;
+        let mut lp = LinearProgram::new();
+        let hull = belief
+            .hull()
+            .map_err(EstimationError::at(k, "interval hull"))?;
+        let (set, w) = (&belief.set, &self.model.w);
+        let moved = match self.units.as_slice() {
+            None => extension.of(&f, set, &hull, w, &mut lp),
+            Some(units) => self.units.constrained(set, |set| {
+                let f = InUnits { f: &f, units };
+                extension.of(&f, set, &divided_box(&hull, units), w, &mut lp)
+            }),
+        };
+        Ok(ConstrainedBelief::new(
+            moved.map_err(EstimationError::at(k, "prediction"))?,
+            lp.work(),
+        ))
     }
 
     /// X ∩_C (y − D_v V), then the reduction, then the hull that the next prediction needs.
@@ -97,11 +189,7 @@ impl ConstrainedFilter {
         let set = match self.model.observe(k, u, y)? {
             Some((c, target)) => {
                 let joined = belief.set.generalized_intersection(&c, &target);
-                scott::reduce(
-                    &joined.map_err(EstimationError::at(k, "update"))?.fold(),
-                    self.generators,
-                    self.constraints,
-                )
+                self.reduce(joined.map_err(EstimationError::at(k, "update"))?)
             }
             // Nothing measured: only what has grown is reduced.
             None if belief.set.generators() <= self.generators
@@ -109,11 +197,7 @@ impl ConstrainedFilter {
             {
                 Ok(belief.set.clone())
             }
-            None => scott::reduce(
-                &belief.set.clone().fold(),
-                self.generators,
-                self.constraints,
-            ),
+            None => self.reduce(belief.set.clone()),
         };
         let set = set.map_err(EstimationError::at(k, "reduction"))?;
         ConstrainedBelief::with_hull(set, &mut LinearProgram::new())
@@ -139,8 +223,13 @@ impl Czmv {
     /// Fails where the measurement is not linear, a part of the problem has no set, or `generators` is
     /// below n + `constraints`.
     pub fn new(settings: &CzmvSettings, problem: &Problem) -> Result<Self, EstimationError> {
-        let filter =
-            ConstrainedFilter::new("czmv", settings.generators, settings.constraints, problem)?;
+        let CzmvSettings {
+            generators,
+            constraints,
+            scale,
+            ..
+        } = *settings;
+        let filter = ConstrainedFilter::new("czmv", generators, constraints, scale, problem)?;
         Ok(Self {
             filter,
             h: settings.h,
@@ -159,23 +248,7 @@ impl Estimator for Czmv {
         belief: &ConstrainedBelief,
         u: &[f64],
     ) -> Result<ConstrainedBelief, EstimationError> {
-        let f = self.filter.model.dynamics(k - 1, u)?;
-        let mut lp = LinearProgram::new();
-        let hull = belief
-            .hull()
-            .map_err(EstimationError::at(k, "interval hull"))?;
-        let set = mean_value(
-            &f,
-            &belief.set,
-            &hull,
-            &self.filter.model.w,
-            self.h,
-            &mut lp,
-        );
-        Ok(ConstrainedBelief::new(
-            set.map_err(EstimationError::at(k, "prediction"))?,
-            lp.work(),
-        ))
+        self.filter.predict(k, belief, u, MeanValue(self.h))
     }
     /// Takes in y_k and reduces: the paper reports the reduced set.
     fn update(
@@ -213,8 +286,13 @@ pub struct Czfo {
 impl Czfo {
     /// Fails as [`Czmv::new`].
     pub fn new(settings: &CzfoSettings, problem: &Problem) -> Result<Self, EstimationError> {
-        let filter =
-            ConstrainedFilter::new("czfo", settings.generators, settings.constraints, problem)?;
+        let CzfoSettings {
+            generators,
+            constraints,
+            scale,
+            ..
+        } = *settings;
+        let filter = ConstrainedFilter::new("czfo", generators, constraints, scale, problem)?;
         Ok(Self {
             filter,
             settings: settings.clone(),
@@ -233,31 +311,8 @@ impl Estimator for Czfo {
         belief: &ConstrainedBelief,
         u: &[f64],
     ) -> Result<ConstrainedBelief, EstimationError> {
-        let f = self.filter.model.dynamics(k - 1, u)?;
-        let mut lp = LinearProgram::new();
-        let hull = belief
-            .hull()
-            .map_err(EstimationError::at(k, "interval hull"))?;
-        let CzfoSettings {
-            h,
-            expansion,
-            remainder,
-            ..
-        } = self.settings;
-        let set = first_order(
-            &f,
-            &belief.set,
-            &hull,
-            &self.filter.model.w,
-            h,
-            remainder,
-            expansion,
-            &mut lp,
-        );
-        Ok(ConstrainedBelief::new(
-            set.map_err(EstimationError::at(k, "prediction"))?,
-            lp.work(),
-        ))
+        self.filter
+            .predict(k, belief, u, FirstOrder(&self.settings))
     }
     /// Takes in y_k and reduces: the paper reports the reduced set.
     fn update(

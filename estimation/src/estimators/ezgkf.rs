@@ -1,6 +1,7 @@
 //! EZGKF: the extended zonotopic and Gaussian Kalman filter.
 
 use super::mixed::{Gain, MixedBelief, MixedModel, MixedSettings};
+use super::scale::Scale;
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::{EstimationError, Problem};
 use serde::{Deserialize, Serialize};
@@ -26,6 +27,9 @@ pub struct EzgkfSettings {
     /// hence another weight tr(G Gᵀ) and another gain. Not in the paper; false unless given.
     #[serde(default)]
     pub merge_parallel: bool,
+    /// In which units generators are compared when the order is reduced, and |M| of Eq. (26) is taken; those of the state unless given.
+    #[serde(default, skip_serializing_if = "Scale::is_none")]
+    pub scale: Scale,
 }
 
 pub(super) fn with_overbars() -> bool {
@@ -41,6 +45,7 @@ impl EzgkfSettings {
             gain: self.gain,
             overbars: self.overbars,
             merge_parallel: self.merge_parallel,
+            scale: self.scale,
         }
     }
 }
@@ -67,7 +72,7 @@ pub struct Ezgkf {
 }
 
 impl Ezgkf {
-    /// Fails where a setting is out of range, the system has no quasi-LPV form, or R^zg is singular.
+    /// Fails where a setting is out of range, the system or the system has no quasi-LPV form.
     pub fn new(settings: &EzgkfSettings, problem: &Problem) -> Result<Self, EstimationError> {
         Ok(Self {
             model: MixedModel::new("ezgkf", settings.mixed(), problem)?,
@@ -97,12 +102,7 @@ impl Estimator for Ezgkf {
         let generators = forecast_generators(&form.a0, &form.a, c, g, &model.gw);
         // Eq. (26)
         let covariance = model.forecast_covariance(&form.a0, &form.a, belief.state.p());
-        Ok(MixedBelief::new(
-            center,
-            generators,
-            covariance,
-            belief.quantile,
-        ))
+        MixedBelief::new(center, generators, covariance, belief.quantile).finite(k, "predict")
     }
 
     fn update(

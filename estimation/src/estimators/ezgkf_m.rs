@@ -23,7 +23,7 @@ pub struct EzgkfM {
 }
 
 impl EzgkfM {
-    /// Fails where a setting is out of range, the system has no quasi-LPV form, or R^zg is singular.
+    /// Fails where a setting is out of range, the system or the system has no quasi-LPV form.
     pub fn new(settings: &EzgkfSettings, problem: &Problem) -> Result<Self, EstimationError> {
         Ok(Self {
             model: MixedModel::new("ezgkf-m", settings.mixed(), problem)?,
@@ -58,12 +58,13 @@ impl Estimator for EzgkfM {
             &model.gw,
             &Matrix::diagonal(&rho.mul_vec(&magnitudes)),
         ]);
-        Ok(MixedBelief::new(
+        MixedBelief::new(
             model.forecast_center(&form.a0, c, u_prev)?,
             generators,
             model.forecast_covariance(&form.a0, &form.a, belief.state.p()),
             belief.quantile,
-        ))
+        )
+        .finite(k, "predict")
     }
 
     fn update(

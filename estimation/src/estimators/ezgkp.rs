@@ -2,6 +2,7 @@
 
 use super::ezgkf::{forecast_generators, with_overbars};
 use super::mixed::{Correction, Gain, MixedBelief, MixedModel, MixedSettings};
+use super::scale::Scale;
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::system::Embedding;
 use crate::{EstimationError, Problem};
@@ -41,6 +42,9 @@ pub struct EzgkpSettings {
     /// Which reading of the predictor.
     #[serde(default)]
     pub form: Form,
+    /// In which units generators are compared when the order is reduced, and |M| of Eq. (26) is taken; those of the state unless given.
+    #[serde(default, skip_serializing_if = "Scale::is_none")]
+    pub scale: Scale,
 }
 
 /// The predictor: its belief at k has read y_0 … y_{k−1}.
@@ -66,7 +70,7 @@ pub struct Ezgkp {
 }
 
 impl Ezgkp {
-    /// Fails where a setting is out of range, the system has no quasi-LPV form, or R^zg is singular.
+    /// Fails where a setting is out of range, the system or the system has no quasi-LPV form.
     pub fn new(settings: &EzgkpSettings, problem: &Problem) -> Result<Self, EstimationError> {
         let mixed = MixedSettings {
             phi: settings.phi,
@@ -75,6 +79,7 @@ impl Ezgkp {
             gain: settings.gain,
             overbars: settings.overbars,
             merge_parallel: settings.merge_parallel,
+            scale: settings.scale,
         };
         Ok(Self {
             model: MixedModel::new("ezgkp", mixed, problem)?,
@@ -85,23 +90,26 @@ impl Ezgkp {
     /// The forecast of `belief`, in which y_{k−1} is already.
     fn forecast(
         &self,
+        k: usize,
         embedding: &Embedding,
         belief: &MixedBelief,
         u_prev: &[f64],
     ) -> Result<MixedBelief, EstimationError> {
         let Embedding { a0, a } = embedding;
         let (c, g) = (belief.state.c(), belief.state.g());
-        Ok(MixedBelief::new(
+        MixedBelief::new(
             self.model.forecast_center(a0, c, u_prev)?,
             forecast_generators(a0, a, c, g, &self.model.gw),
             self.model.forecast_covariance(a0, a, belief.state.p()),
             belief.quantile,
-        ))
+        )
+        .finite(k, "predict")
     }
 
     /// The forecast of `belief` with the constant gain L = A₀ K.
     fn direct(
         &self,
+        k: usize,
         embedding: &Embedding,
         belief: &MixedBelief,
         correction: &Correction,
@@ -120,14 +128,15 @@ impl Ezgkp {
         }
         let noise = Matrix::hcat(&[&l.mul(&output.generators).scale(-1.0), &self.model.gw]);
         let krk = l.mul(&output.covariance).mul_transpose(&l).symmetrized();
-        Ok(MixedBelief::new(
+        MixedBelief::new(
             center,
             forecast_generators(&f0, a, c, g, &noise),
             self.model
                 .forecast_covariance(&f0, a, belief.state.p())
                 .add(&krk),
             belief.quantile,
-        ))
+        )
+        .finite(k, "predict")
     }
 }
 
@@ -150,10 +159,12 @@ impl Estimator for Ezgkp {
             None => None,
         };
         match (correction, self.form) {
-            (None, _) => self.forecast(&embedding, belief, u_prev),
-            (Some(correction), Form::Ak) => self.forecast(&embedding, &correction.belief, u_prev),
+            (None, _) => self.forecast(k, &embedding, belief, u_prev),
+            (Some(correction), Form::Ak) => {
+                self.forecast(k, &embedding, &correction.belief, u_prev)
+            }
             (Some(correction), Form::Direct) => {
-                self.direct(&embedding, belief, &correction, u_prev)
+                self.direct(k, &embedding, belief, &correction, u_prev)
             }
         }
     }

@@ -26,15 +26,18 @@
 //! folded into generators at the end of the step.
 
 use super::pose_zonotope::{Coordinates, PoseZonotope};
-use super::vehicle_filter::{PoseGain, PoseReduction, Transient, VehicleFilter, gram, times};
+use super::vehicle_filter::{
+    Innovation, PoseGain, PoseReduction, Transient, VehicleFilter, gram, times,
+};
 use crate::EstimationError;
 use crate::estimator::Measurement;
 use crate::systems::Form;
 use crate::systems::vehicle_se2::sinc;
 use core::f64::consts::{FRAC_PI_2, PI};
+use zonobench_sets::matrix::dot;
 use zonobench_sets::number::Real;
 use zonobench_sets::reduction::{combastel, girard};
-use zonobench_sets::se2::{Angle, Se2, rotate};
+use zonobench_sets::se2::{Angle, Matrix3, Se2, rotate};
 use zonobench_sets::zonotope::Zonotope;
 use zonobench_sets::{Interval, IntervalMatrix, List, Matrix, SetError};
 
@@ -113,7 +116,8 @@ impl Enclosed {
         let error = match filter.settings.reduction {
             PoseReduction::Girard => girard::reduce_scaled(&belief.error, s),
             PoseReduction::Outer | PoseReduction::PaperTables => {
-                combastel::reduce(&belief.error, s)
+                let reduce = |z: &Zonotope| combastel::reduce(z, s);
+                filter.units.zonotope(&belief.error, reduce)
             }
         };
         let error = error.map_err(EstimationError::at(k, "reduction"))?;
@@ -144,7 +148,7 @@ impl Enclosed {
                     .as_ref()
                     .filter(|_| filter.settings.transient == Transient::Lag)
                     .unwrap_or(&p);
-                let l = filter.gain(k, &a, used, innovation, u[1])?;
+                let l = sound_gain(filter, k, &a, used, innovation, u[1])?;
                 let l = match filter.settings.gain {
                     PoseGain::FRadius => l,
                     // The closed form is for z in the vehicle's axes.
@@ -287,6 +291,49 @@ impl Enclosed {
             upper(s * rest[0] + c * rest[1]),
         ]
     }
+}
+
+/// The filter's gain or, where its S = C P Cᵀ + Q_v is singular up to rounding, the gain of the one component of y whose
+/// variance is larger, and 0 where neither has any. The set is right for every gain.
+///
+/// With [`Transient::Lag`] P is that of the step before, which may be long and thin, or far from its successor.
+fn sound_gain(
+    filter: &VehicleFilter,
+    k: usize,
+    a: &Matrix3<f64>,
+    p: &Matrix3<f64>,
+    innovation: &Innovation,
+    speed: f64,
+) -> Result<Matrix, EstimationError> {
+    match filter.gain(k, a, p, innovation, speed) {
+        Ok(l) if l.is_finite() => return Ok(l),
+        Ok(_) | Err(EstimationError::Singular { .. }) => {}
+        Err(other) => return Err(other),
+    }
+    let count = innovation.rows.len();
+    let variance = |r: usize| {
+        let c = innovation.c.row(r);
+        let along: f64 = (0..3)
+            .map(|i| c[i] * (0..3).map(|j| p[i][j] * c[j]).sum::<f64>())
+            .sum();
+        along + dot(innovation.hv.row(r), innovation.hv.row(r))
+    };
+    let mut order: Vec<usize> = (0..count).collect();
+    order.sort_by(|&r, &s| variance(s).total_cmp(&variance(r)));
+    let alone = |r: usize| Innovation {
+        rows: vec![innovation.rows[r]],
+        z: vec![innovation.z[r]],
+        c: Matrix::from_fn(1, 3, |_, j| innovation.c[(r, j)]),
+        hv: Matrix::from_fn(1, innovation.hv.cols(), |_, j| innovation.hv[(r, j)]),
+    };
+    let found = order.into_iter().find_map(|r| {
+        let l = filter.gain(k, a, p, &alone(r), speed).ok()?;
+        l.is_finite().then_some((r, l))
+    });
+    Ok(Matrix::from_fn(3, count, |i, j| match &found {
+        Some((r, l)) if *r == j => l[(i, 0)],
+        _ => 0.0,
+    }))
 }
 
 /// The numbers of one step.

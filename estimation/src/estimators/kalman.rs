@@ -1,6 +1,7 @@
 //! The Kalman filter, against which the set estimators are compared.
 
-use super::linear_output::{LinearOutput, complement, congruence, gain};
+use super::innovation::Innovation;
+use super::linear_output::{LinearOutput, complement, congruence};
 use crate::error::finite_vector;
 use crate::estimator::{Belief, Containment, Estimator, Measurement, Phase, Shape, Size};
 use crate::{EstimationError, Problem};
@@ -21,6 +22,17 @@ pub struct Gaussian {
     pub mean: List<f64>,
     /// P, n × n, symmetric.
     pub covariance: Matrix,
+}
+
+impl Gaussian {
+    /// Itself, or `Overflow` at step `k`.
+    fn finite(self, k: usize, op: &'static str) -> Result<Self, EstimationError> {
+        if self.mean.iter().all(|x| x.is_finite()) && self.covariance.is_finite() {
+            Ok(self)
+        } else {
+            Err(EstimationError::Overflow { k, op })
+        }
+    }
 }
 
 impl Belief for Gaussian {
@@ -55,6 +67,11 @@ impl Belief for Gaussian {
 /// update: S = C P⁻ Cᵀ + Γ_v, K = P⁻ Cᵀ S⁻¹, x̂ = x̂⁻ + K (y − C x̂⁻ − D u − v_e), and
 /// P = (I − K C) P⁻ (I − K C)ᵀ + K Γ_v Kᵀ (Joseph's form, symmetric by construction).
 ///
+/// S may be singular: sensors without noise, a state without uncertainty. Then K = P⁻ Cᵀ S⁻ with a generalized
+/// inverse, which attains the least error, too; for an innovation in the range of S all of them give the same x̂. One
+/// outside of it, by more than half of its digits, has the probability zero: [`EstimationError::Singular`]. A mean or
+/// covariance beyond the largest f64 is [`EstimationError::Overflow`].
+///
 /// Rows of y that were not measured are left out. The updated belief has read y_0 … y_k, the predicted
 /// one y_0 … y_{k−1}. No set, so never guaranteed.
 ///
@@ -70,8 +87,7 @@ pub struct Kalman {
 }
 
 impl Kalman {
-    /// Fails where the system is not linear, a covariance is missing, or the S of step 0 is not
-    /// positive definite.
+    /// Fails where the system is not linear or a covariance is missing.
     pub fn new(_settings: &KalmanSettings, problem: &Problem) -> Result<Self, EstimationError> {
         let Some(parts) = problem.system.linear_parts() else {
             return Err(EstimationError::Unsupported {
@@ -96,18 +112,6 @@ impl Kalman {
         };
         let mean = problem.v.gaussian_mean().into();
         let output = LinearOutput::new(parts.c, parts.d, mean, &problem.v);
-        let mut s = congruence(&output.c, &prior.covariance);
-        s.add_assign(&output.covariance);
-        if s.cholesky().is_err() {
-            let expected = "such that S = C P C' + R is positive definite";
-            let got = format!("S = {s:?} at k = 0");
-            return Err(EstimationError::setting(
-                KIND,
-                "noise.v.covariance",
-                expected,
-                got,
-            ));
-        }
         Ok(Self {
             a: parts.a,
             b: parts.b,
@@ -128,7 +132,7 @@ impl Estimator for Kalman {
 
     fn predict(
         &self,
-        _k: usize,
+        k: usize,
         belief: &Gaussian,
         u_prev: &[f64],
     ) -> Result<Gaussian, EstimationError> {
@@ -140,7 +144,7 @@ impl Estimator for Kalman {
         }
         let mut covariance = congruence(&self.a, &belief.covariance);
         covariance.add_assign(&self.w_covariance);
-        Ok(Gaussian { mean, covariance })
+        Gaussian { mean, covariance }.finite(k, "predict")
     }
 
     fn update(
@@ -158,14 +162,26 @@ impl Estimator for Kalman {
         let pct = p.mul_transpose(&output.c);
         let mut s = output.c.mul(&pct);
         s.add_assign(&output.covariance);
-        let gain = gain(&pct, &s).map_err(EstimationError::at(k, "gain"))?;
-        let mut innovation = z;
+        let (gain, range) = Innovation {
+            c: &output.c,
+            p,
+            pct: &pct,
+            r: &output.covariance,
+            s: &s,
+        }
+        .gain()
+        .map_err(EstimationError::at(k, "gain"))?;
+        let mut innovation = z.clone();
         output.c.sub_mul_vec(&belief.mean, &mut innovation);
+        if let Some(range) = range {
+            let sizes = output.sizes(&belief.mean, u, &z, &self.prior.covariance);
+            range.check(k, "gain", &innovation, &sizes)?;
+        }
         let mut mean = belief.mean.clone();
         gain.add_mul_vec(&innovation, &mut mean);
         let mut covariance = congruence(&complement(&gain, &output.c), p);
         covariance.add_assign(&congruence(&gain, &output.covariance));
-        Ok(Gaussian { mean, covariance })
+        Gaussian { mean, covariance }.finite(k, "update")
     }
 
     fn guaranteed(&self) -> bool {

@@ -72,6 +72,25 @@ impl LinearOutput {
     }
 }
 
+impl LinearOutput {
+    /// The sizes of the numbers that each z_i − C_i x̂ is computed from: |z_i| + |e_i| + |C_i| |x̂| + |D_i| |u|, and
+    /// the deviation √(C P₀ Cᵀ)_ii that the prior allowed. Of the rows that were measured.
+    pub fn sizes(&self, x: &[f64], u: &[f64], z: &[f64], prior: &Matrix) -> List<f64> {
+        let dot =
+            |row: &[f64], v: &[f64]| -> f64 { row.iter().zip(v).map(|(a, b)| (a * b).abs()).sum() };
+        let allowed = congruence(&self.c, prior);
+        (0..z.len())
+            .map(|i| {
+                z[i].abs()
+                    + self.mean[i].abs()
+                    + dot(self.c.row(i), x)
+                    + dot(self.d.row(i), u)
+                    + allowed[(i, i)].max(0.0).sqrt()
+            })
+            .collect()
+    }
+}
+
 /// Fails unless `y` has `m` components, all that are there finite.
 pub(super) fn check_measurement(y: Measurement, m: usize) -> Result<(), EstimationError> {
     if y.len() != m {
@@ -88,17 +107,6 @@ pub(super) fn check_measurement(y: Measurement, m: usize) -> Result<(), Estimati
         }),
         None => Ok(()),
     }
-}
-
-/// K = P Cᵀ S⁻¹ for the n × m matrix `pct` = P Cᵀ and the symmetric positive definite S, both m × m.
-pub(super) fn gain(pct: &Matrix, s: &Matrix) -> Result<Matrix, zonobench_sets::SetError> {
-    if s.rows() == 1 {
-        if s[(0, 0)] > 0.0 && s[(0, 0)].is_finite() {
-            return Ok(pct.divide(s[(0, 0)]));
-        }
-        return Err(zonobench_sets::SetError::Singular { op: "gain" });
-    }
-    Ok(s.solve_positive_definite(&pct.transpose())?.transpose())
 }
 
 /// I − K C.

@@ -2,10 +2,15 @@
 //! they share.
 //!
 //! The error of the estimate c is ξ-part plus Gaussian part: x − c ∈ G [−1, 1]^p + g, g ~ N(0, P).
+//! The gain of a singular S, and what [`EstimationError::Singular`] and [`EstimationError::Overflow`] are, is as in the
+//! Kalman filter.
+//!
 //! Nothing here is guaranteed: covariances have no certain set, confidence boxes hold with a
 //! probability, and rounding is plain.
 
-use super::linear_output::{LinearOutput, complement, congruence, gain};
+use super::innovation::{Innovation, Range};
+use super::linear_output::{LinearOutput, complement, congruence};
+use super::scale::{Scale, Units};
 use crate::error::finite_vector;
 use crate::estimator::{Belief, Containment, Measurement, Shape, Size, box_contains};
 use crate::system::Embedding;
@@ -23,7 +28,7 @@ pub enum Gain {
     /// R^zg = (1 − η) Gᵛ Gᵛᵀ + η R: the minimiser of [dePaula, Eq. (18)], as in [dePaula, Eq. (31)].
     #[default]
     Optimal,
-    /// R^zg = (1 − η) Gᵛ + η R with Gᵛ not squared. Not optimal; it is here because the paper's Table III
+    /// R^zg = (1 − η) Gᵛ + η R with Gᵛ not squared. Not optimal, and a sum of numbers of different units; it is here because the paper's Table III
     /// agrees with it and not with its own Eq. (31). Needs a square symmetric Gᵛ.
     Unsquared,
 }
@@ -45,6 +50,19 @@ impl MixedBelief {
             state: ZonotopicGaussian::trusted(c, g, p),
             quantile,
             pending: None,
+        }
+    }
+
+    /// Itself, or `Overflow` at step `k`.
+    pub(super) fn finite(self, k: usize, op: &'static str) -> Result<Self, EstimationError> {
+        let state = &self.state;
+        let finite = state.c().iter().all(|x| x.is_finite())
+            && state.g().is_finite()
+            && state.p().is_finite();
+        if finite {
+            Ok(self)
+        } else {
+            Err(EstimationError::Overflow { k, op })
         }
     }
 
@@ -103,6 +121,7 @@ pub(super) struct MixedSettings {
     pub gain: Gain,
     pub overbars: bool,
     pub merge_parallel: bool,
+    pub scale: Scale,
 }
 
 /// Directions that differ by less are those of parallel generators: room for the rounding that
@@ -125,10 +144,11 @@ pub(super) struct MixedModel {
     /// Q, n × n.
     q: Matrix,
     pub prior: MixedBelief,
+    units: Units,
 }
 
 impl MixedModel {
-    /// Checks the settings and the problem: φ ≥ n, η in [0, 1], α in (0, 1), R^zg positive definite.
+    /// Checks the settings and the problem: φ ≥ n, η in [0, 1], α in (0, 1), R^zg positive semidefinite.
     /// Covariances and shapes were checked with the problem; without a covariance it is zero, without
     /// generators there are none. w and v may have a mean.
     pub fn new(
@@ -195,8 +215,11 @@ impl MixedModel {
         };
         let mut rzg = set_part.scale(1.0 - eta);
         rzg.add_assign(&output.covariance.scale(eta));
-        if rzg.cholesky().is_err() {
-            let expected = "such that (1 - eta) Gv Gv' + eta R is positive definite, \
+        // With squared generators it is semidefinite by construction.
+        if settings.gain == Gain::Unsquared
+            && Range::of(&rzg, &List::filled(0.0, rzg.rows())).is_err()
+        {
+            let expected = "such that (1 - eta) Gv + eta R is positive semidefinite, \
                             so that the gain exists";
             return Err(EstimationError::setting(
                 kind,
@@ -214,6 +237,7 @@ impl MixedModel {
             gw: problem.w.generator_matrix(),
             w_mean: problem.w.mixed_mean(),
             q: problem.w.covariance_matrix(),
+            units: settings.scale.units(&problem.prior),
             prior: MixedBelief::new(
                 problem.prior.mixed_mean(),
                 problem.prior.generator_matrix(),
@@ -254,13 +278,16 @@ impl MixedModel {
 
     /// The covariance forecast, see [`covariance_bound`].
     pub fn forecast_covariance(&self, f0: &Matrix, a: &[Matrix], p: &Matrix) -> Matrix {
-        covariance_bound(f0, a, p, &self.q, self.settings.overbars)
+        let units = self.units.as_slice();
+        covariance_bound_in(units, f0, a, p, &self.q, self.settings.overbars)
     }
 
     /// The optimal gain K = P^zg Cᵀ S⁻¹ with P^zg = (1 − η) G Gᵀ + η P, S = C P^zg Cᵀ + R^zg. It
-    /// minimises (1 − η) tr(G₊ G₊ᵀ) + η tr(P₊). [dePaula, Theorem 1, Eqs. (29)-(32)]
+    /// minimises (1 − η) tr(G₊ G₊ᵀ) + η tr(P₊), and any other weighting of the components too, so that their units do
+    /// not matter. [dePaula, Theorem 1, Eqs. (29)-(32)]
     ///
-    /// `rows` are the rows of y that `output` holds.
+    /// Where S is singular, K = P^zg Cᵀ S⁻ with a generalized inverse is a minimiser, too, and comes with the range
+    /// of S. `rows` are the rows of y that `output` holds.
     fn gain(
         &self,
         k: usize,
@@ -268,7 +295,7 @@ impl MixedModel {
         rows: Option<&[usize]>,
         g: &Matrix,
         p: &Matrix,
-    ) -> Result<Matrix, EstimationError> {
+    ) -> Result<(Matrix, Option<Range>), EstimationError> {
         let _stage = ops::stage(Stage::Gain);
         let eta = self.settings.eta;
         let mut pzg = p.scale(eta);
@@ -277,16 +304,61 @@ impl MixedModel {
         }
         let pct = pzg.mul_transpose(&output.c);
         let mut s = output.c.mul(&pct);
-        match rows {
-            None => s.add_assign(&self.rzg),
+        let part;
+        let r = match rows {
+            None => &self.rzg,
             Some(rows) => {
-                let rzg =
-                    Matrix::from_fn(rows.len(), rows.len(), |i, j| self.rzg[(rows[i], rows[j])]);
-                s.add_assign(&rzg);
+                part = Matrix::from_fn(rows.len(), rows.len(), |i, j| self.rzg[(rows[i], rows[j])]);
+                &part
             }
-        }
+        };
+        s.add_assign(r);
         s.symmetrize();
-        gain(&pct, &s).map_err(EstimationError::at(k, "gain"))
+        Innovation {
+            c: &output.c,
+            p: &pzg,
+            pct: &pct,
+            r,
+            s: &s,
+        }
+        .gain()
+        .map_err(EstimationError::at(k, "gain"))
+    }
+
+    /// Fails with `Singular` unless the innovation z − C c lies where x − c and v can bring it: in the range of
+    /// C (G Gᵀ + P) Cᵀ + Gᵛ Gᵛᵀ + R, whatever η counts.
+    fn check_innovation(
+        &self,
+        k: usize,
+        output: &LinearOutput,
+        state: &ZonotopicGaussian,
+        u: &[f64],
+        z: &[f64],
+    ) -> Result<(), EstimationError> {
+        let p = state.p().add(&state.g().gram());
+        let r = output.covariance.add(&output.generators.gram());
+        let pct = p.mul_transpose(&output.c);
+        let mut s = output.c.mul(&pct);
+        s.add_assign(&r);
+        s.symmetrize();
+        let total = Innovation {
+            c: &output.c,
+            p: &p,
+            pct: &pct,
+            r: &r,
+            s: &s,
+        };
+        let range = total.range().map_err(EstimationError::at(k, "gain"))?;
+        let mut innovation: List<f64> = z.into();
+        output.c.sub_mul_vec(state.c(), &mut innovation);
+        let prior = &self.prior.state;
+        let allowed = prior.p().add(&prior.g().gram());
+        range.check(
+            k,
+            "gain",
+            &innovation,
+            &output.sizes(state.c(), u, z, &allowed),
+        )
     }
 
     /// Takes in a measurement: with T = I − K C,
@@ -315,7 +387,10 @@ impl MixedModel {
             belief.state.g()
         };
         let p = belief.state.p();
-        let gain = self.gain(k, &output, rows.as_ref().map(|rows| &rows[..]), g, p)?;
+        let (gain, singular) = self.gain(k, &output, rows.as_ref().map(|rows| &rows[..]), g, p)?;
+        if singular.is_some() {
+            self.check_innovation(k, &output, &belief.state, u, &z)?;
+        }
         let t = complement(&gain, &output.c);
         let mut center = t.mul_vec(belief.state.c());
         gain.add_mul_vec(&z, &mut center);
@@ -325,7 +400,8 @@ impl MixedModel {
         let krk = congruence(&gain, &output.covariance);
         covariance.add_assign(&krk);
         Ok(Some(Correction {
-            belief: MixedBelief::new(center, generators, covariance, belief.quantile),
+            belief: MixedBelief::new(center, generators, covariance, belief.quantile)
+                .finite(k, "update")?,
             gain,
             output: output.into_owned(),
             z,
@@ -335,7 +411,9 @@ impl MixedModel {
     /// At most φ generators, by [`combastel::reduce_columns`].
     pub fn reduce_order(&self, mut belief: MixedBelief) -> MixedBelief {
         if belief.state.generators() > self.settings.phi {
-            let g = combastel::reduce_columns(belief.state.g(), self.settings.phi);
+            let g = self.units.columns(belief.state.g(), |g| {
+                combastel::reduce_columns(g, self.settings.phi)
+            });
             belief.state = belief.state.with_generators(g);
         }
         belief
@@ -355,7 +433,14 @@ pub(super) struct Correction {
 
 /// |M| = V |Λ| Vᵀ for the symmetric M = V Λ Vᵀ: the least upper bound of ±M that commutes with M.
 /// [dePaula, Lemma 1]
-fn absolute(m: &Matrix) -> Matrix {
+///
+/// It depends on the components' units: with U = diag(`units`), U |U⁻¹ M U⁻¹| U, which bounds ±M as well.
+fn absolute(m: &Matrix, units: Option<&[f64]>) -> Matrix {
+    if let Some(u) = units {
+        let scaled = Matrix::from_fn(m.rows(), m.cols(), |i, j| m[(i, j)] / u[i] / u[j]);
+        let bound = absolute(&scaled, None);
+        return Matrix::from_fn(m.rows(), m.cols(), |i, j| bound[(i, j)] * u[i] * u[j]);
+    }
     let (values, vectors) = m.symmetric_eigen();
     let magnitudes: List<f64> = values.iter().map(|x| x.abs()).collect();
     congruence(&vectors, &Matrix::diagonal(&magnitudes))
@@ -365,12 +450,24 @@ fn absolute(m: &Matrix) -> Matrix {
 ///
 /// F₀ P F₀ᵀ + Q + Σ_i [ |F₀ P A_iᵀ + A_i P F₀ᵀ| + A_i P A_iᵀ ] + Σ_{i<j} |A_i P A_jᵀ + A_j P A_iᵀ|,
 ///
-/// with |M| = V |Λ| Vᵀ. All n × n; P and Q symmetric positive semidefinite. With `overbars` false the
+/// with |M| = V |Λ| Vᵀ, which depends on the components' units (the setting `scale`). All n × n; P and Q symmetric positive semidefinite. With `overbars` false the
 /// bars are left out, which is the covariance at δ = (1, …, 1) alone and bounds nothing else.
 ///
 /// Source: [dePaula, Eq. (26), Proposition 2, Lemma 1]; δ_i² ≤ 1 multiplies a positive semidefinite
 /// matrix, so A_i P A_iᵀ needs no bar.
 pub fn covariance_bound(
+    f0: &Matrix,
+    a: &[Matrix],
+    p: &Matrix,
+    q: &Matrix,
+    overbars: bool,
+) -> Matrix {
+    covariance_bound_in(None, f0, a, p, q, overbars)
+}
+
+/// [`covariance_bound`] with |M| taken in `units`.
+fn covariance_bound_in(
+    units: Option<&[f64]>,
     f0: &Matrix,
     a: &[Matrix],
     p: &Matrix,
@@ -383,7 +480,11 @@ pub fn covariance_bound(
         // M + Mᵀ = 2 · symmetric part.
         let mut cross = left.mul(p).mul_transpose(right);
         cross.symmetrize();
-        let cross = if overbars { absolute(&cross) } else { cross };
+        let cross = if overbars {
+            absolute(&cross, units)
+        } else {
+            cross
+        };
         bound.add_assign(&cross.scale(2.0));
     };
     for (i, ai) in a.iter().enumerate() {

@@ -6,12 +6,14 @@ mod czmv;
 mod ezgkf;
 mod ezgkf_m;
 mod ezgkp;
+mod innovation;
 mod inzsmf;
 mod inzsmf_enclosed;
 mod kalman;
 mod linear_output;
 mod mixed;
 mod pose_zonotope;
+mod scale;
 mod set_membership;
 mod vehicle_filter;
 mod width_bound;
@@ -32,6 +34,7 @@ pub use inzsmf_enclosed::Enclosed;
 pub use kalman::{Gaussian, Kalman, KalmanSettings};
 pub use mixed::{Gain, MixedBelief, covariance_bound};
 pub use pose_zonotope::{Coordinates, PoseZonotope};
+pub use scale::Scale;
 pub use set_membership::{ConstrainedBelief, ZonotopeBelief};
 pub use vehicle_filter::{
     Poles, PoseGain, PoseReduction, Remainder, Side, Transient, Transition, VehicleFilterSettings,

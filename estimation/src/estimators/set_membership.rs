@@ -42,6 +42,7 @@ pub(super) fn set_of(
 /// A system whose measurement is linear, with the sets of its noises.
 #[derive(Clone, Debug)]
 pub(super) struct Model {
+    kind: &'static str,
     pub system: AnySystem,
     /// X_0.
     pub prior: ConstrainedZonotope,
@@ -52,6 +53,9 @@ pub(super) struct Model {
     n_u: usize,
     c: Matrix,
     d_v: Matrix,
+    /// Whether C and D_v are the same at every step and input: those that the system knows, and those of every
+    /// system with equations of its own in this crate. Else they are taken anew for each measurement.
+    fixed: bool,
 }
 
 /// (x, v) ↦ h(k, x, u, v).
@@ -76,8 +80,26 @@ impl Function for Output<'_> {
     }
 }
 
+impl Output<'_> {
+    /// C and D_v where h is C x + D_v v + h(k, 0, u, 0) with f64 coefficients at this k and u.
+    ///
+    /// A linear function has the same derivative over any box: points, not intervals. One that is not defined
+    /// everywhere is not linear either.
+    fn coefficients(&self) -> Option<(Matrix, Matrix)> {
+        let (n, all) = (self.n, self.n + self.n_v);
+        let anywhere = IntervalVector::new(List::filled(Interval::UNIT, all));
+        let (_, j) = jacobian_over(self, &anywhere).ok()?;
+        let columns =
+            |from: usize, to: usize| j.select_columns(&(from..to).collect::<List<_>>()).mid();
+        j.as_slice()
+            .iter()
+            .all(|e| e.is_point())
+            .then(|| (columns(0, n), columns(n, all)))
+    }
+}
+
 impl Model {
-    /// Fails where a part has no set, or the measurement is not linear in x and v.
+    /// Fails where a part has no set, or the measurement at k = 0 and u = 0 is not linear in x and v.
     pub fn new(kind: &'static str, problem: &Problem) -> Result<Self, EstimationError> {
         let variables = problem.system.variables();
         let (n, n_y, n_v) = (variables.x.len(), variables.y.len(), variables.v.len());
@@ -94,32 +116,21 @@ impl Model {
             Some(form) => Some((form.output_matrix(), Matrix::identity(n_y))),
             None => problem.system.linear_output(),
         };
-        let (c, d_v) = match known {
-            Some(known) => known,
-            None => {
-                let output = Output {
-                    system: &problem.system,
-                    k: 0,
-                    u: &u,
-                    n,
-                    n_y,
-                    n_v,
-                };
-                // A linear function has the same derivative over any box: points, not intervals.
-                let anywhere = IntervalVector::new(List::filled(Interval::UNIT, n + n_v));
-                // One that is not defined everywhere is not linear either.
-                let nonlinear = || unsupported("it needs a measurement linear in x and v");
-                let (_, j) = jacobian_over(&output, &anywhere).map_err(|_| nonlinear())?;
-                if j.as_slice().iter().any(|e| !e.is_point()) {
-                    return Err(nonlinear());
-                }
-                let columns = |from: usize, to: usize| {
-                    j.select_columns(&(from..to).collect::<List<_>>()).mid()
-                };
-                (columns(0, n), columns(n, n + n_v))
-            }
+        let fixed = known.is_some() || !matches!(problem.system, AnySystem::Equations(_));
+        let at_start = Output {
+            system: &problem.system,
+            k: 0,
+            u: &u,
+            n,
+            n_y,
+            n_v,
         };
+        let (c, d_v) = known
+            .or_else(|| at_start.coefficients())
+            .ok_or_else(|| unsupported("it needs a measurement linear in x and v"))?;
         Ok(Self {
+            kind,
+            fixed,
             prior: set_of(kind, "prior", &problem.prior)?,
             w: set_of(kind, "noise.w", &problem.w)?,
             v: (n_v > 0)
@@ -148,6 +159,9 @@ impl Model {
     }
 
     /// The rows of C that were measured, and the set y − h(k, 0, u, 0) − D_v V that C x lies in.
+    ///
+    /// Fails with `Refused` where the measurement is linear at the start and not at this step and input, or has
+    /// coefficients there that are no f64s.
     pub fn observe(
         &self,
         k: usize,
@@ -171,6 +185,21 @@ impl Model {
             n_v,
         };
         output.evaluate(&List::filled(Interval::ZERO, n + n_v), &mut offset);
+        let moved;
+        let (c, d_v) = if self.fixed {
+            (&self.c, &self.d_v)
+        } else {
+            moved = output
+                .coefficients()
+                .ok_or_else(|| EstimationError::Refused {
+                    k,
+                    kind: self.kind,
+                    reason: "the measurement is not linear in x and v with coefficients that are f64s at this \
+                             step and input"
+                        .into(),
+                })?;
+            (&moved.0, &moved.1)
+        };
         let select = |m: &Matrix| Matrix::from_fn(rows.len(), m.cols(), |i, j| m[(rows[i], j)]);
         let known: List<Interval> = rows
             .iter()
@@ -179,12 +208,12 @@ impl Model {
         let middle: List<f64> = known.iter().map(|x| x.mid()).collect();
         let rounding: List<f64> = known.iter().map(|x| x.rad()).collect();
         let target = match &self.v {
-            Some(v) => v.affine_map(&select(&self.d_v).scale(-1.0), &middle),
+            Some(v) => v.affine_map(&select(d_v).scale(-1.0), &middle),
             None => Zonotope::new(middle, Matrix::zeros(rows.len(), 0)).map(Into::into),
         };
         let target = target.and_then(|t| t.widened_by(&rounding));
         Ok(Some((
-            select(&self.c),
+            select(c),
             target.map_err(EstimationError::at(k, "measurement"))?,
         )))
     }

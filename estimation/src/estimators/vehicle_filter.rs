@@ -9,6 +9,7 @@
 //! Source: [Li, Algorithms 1 and 2].
 
 use super::pose_zonotope::{Coordinates, PoseZonotope, product};
+use super::scale::{Scale, Units};
 use crate::error::finite_vector;
 use crate::estimator::Measurement;
 use crate::systems::VehicleSe2;
@@ -34,7 +35,7 @@ pub struct Poles {
 /// How the gain is chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum PoseGain {
-    /// L minimises tr(H⁺ H⁺ᵀ). [Li, Theorem 3.3]
+    /// L minimises tr(H⁺ H⁺ᵀ), and any other weighting of the components too. [Li, Theorem 3.3]
     #[default]
     FRadius,
     /// A − L C has these eigenvalues. [Li, Theorem 3.2]
@@ -79,7 +80,8 @@ impl<'de> Deserialize<'de> for PoseGain {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PoseReduction {
-    /// Keeps the longest columns and boxes the rest. [Li, Remark 1]
+    /// Keeps the longest columns and boxes the rest. [Li, Remark 1] Its norm adds rad and m; in other units, or with
+    /// another `scale`, other columns are the longest.
     #[default]
     Outer,
     /// Keeps the columns of greatest ‖g‖₁ − ‖g‖∞ in units of the set's half-widths and boxes the rest.
@@ -137,8 +139,7 @@ pub enum Side {
     Right,
 }
 
-/// Settings of `zsmf` and `inzsmf`; the last four differ from their defaults for `inzsmf` alone, but for
-/// `transient`.
+/// Settings of `zsmf` and `inzsmf`; `transition`, `remainder` and `side` differ from their defaults for `inzsmf` alone.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VehicleFilterSettings {
@@ -162,6 +163,9 @@ pub struct VehicleFilterSettings {
     /// Which invariant error.
     #[serde(default)]
     pub side: Side,
+    /// In which units columns are compared when H is reduced; those of the state unless given.
+    #[serde(default, skip_serializing_if = "Scale::is_none")]
+    pub scale: Scale,
 }
 
 /// The part of a filter that does not depend on the coordinates of the error.
@@ -175,6 +179,7 @@ pub(super) struct VehicleFilter {
     pub hw: Matrix,
     /// H_v, 2 × n_v.
     pub hv: Matrix,
+    pub units: Units,
 }
 
 /// z and the linear model z = C ε + (noise generators) ζ of what was measured.
@@ -269,6 +274,7 @@ impl VehicleFilter {
             prior: PoseZonotope::new(pose, error, coordinates),
             hw,
             hv,
+            units: settings.scale.units(&problem.prior),
         })
     }
 
@@ -276,9 +282,11 @@ impl VehicleFilter {
     pub fn reduce_columns(&self, h: &Matrix) -> Matrix {
         let s = self.settings.generators;
         match self.settings.reduction {
-            PoseReduction::Outer => reduce_as_printed(h, s),
+            PoseReduction::Outer => self.units.columns(h, |h| reduce_as_printed(h, s)),
             PoseReduction::Girard => girard::reduce_columns_scaled(h, s),
-            PoseReduction::PaperTables => reduce_without_absolute_values(h, s),
+            PoseReduction::PaperTables => self
+                .units
+                .columns(h, |h| reduce_without_absolute_values(h, s)),
         }
     }
 

@@ -94,7 +94,9 @@ impl Powers {
         }
         let mut outputs: Vec<Matrix> = powers.iter().map(|p| c.mul(p)).collect();
         let o = Matrix::vcat(&outputs.iter().collect::<Vec<_>>());
-        let rank = o.rank();
+        let rank = o
+            .rank()
+            .map_err(EstimationError::at(0, "observability matrix"))?;
         if rank < n {
             return Err(EstimationError::Unobservable {
                 kind: "box-state-est",

@@ -1,5 +1,6 @@
 //! ZMV and ZFO: zonotopes through the mean value or the first-order Taylor extension, and strips.
 
+use super::scale::{Scale, Units};
 use super::set_membership::{Model, ZonotopeBelief};
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::propagation::{Dynamics, zonotope_first_order, zonotope_mean_value};
@@ -14,6 +15,9 @@ use zonobench_sets::{List, SetError, Zonotope, strip};
 pub struct ZonotopeFilterSettings {
     /// The number of generators kept; at least n.
     pub generators: usize,
+    /// In which units generators are compared when the order is reduced; those of the state unless given.
+    #[serde(default, skip_serializing_if = "Scale::is_none")]
+    pub scale: Scale,
 }
 
 /// The zonotope filter of either extension.
@@ -23,6 +27,7 @@ struct ZonotopeFilter {
     prior: Zonotope,
     w: Zonotope,
     generators: usize,
+    units: Units,
 }
 
 impl ZonotopeFilter {
@@ -49,6 +54,7 @@ impl ZonotopeFilter {
             prior,
             w,
             generators: settings.generators,
+            units: settings.scale.units(&problem.prior),
         })
     }
 
@@ -73,7 +79,8 @@ impl ZonotopeFilter {
             None if set.generators() <= self.generators => return Ok(set),
             None => {}
         }
-        yang_scott::reduce(&set.fold(), self.generators)
+        self.units
+            .zonotope(&set.fold(), |set| yang_scott::reduce(set, self.generators))
             .map_err(EstimationError::at(k, "reduction"))
     }
 

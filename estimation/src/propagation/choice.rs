@@ -3,12 +3,14 @@
 use serde::{Deserialize, Serialize};
 use zonobench_sets::lp::{Emptiness, LinearProgram};
 use zonobench_sets::{
-    ConstrainedZonotope, Containment, Interval, IntervalVector, List, Matrix, SetError,
+    ConstrainedZonotope, Containment, Interval, IntervalVector, List, Matrix, SetError, units,
 };
 
 /// How h is chosen, X̄ being X with all constraints eliminated and c̄ its center.
 ///
-/// No choice needs to succeed for an enclosure to hold: derivatives are taken over the hull of X and h.
+/// No choice needs to succeed for an enclosure to hold: derivatives are taken over the hull of X and h. "Closest" is meant by
+/// the sum of the components' distances and the Θ_j of C2 add derivatives of different components: both depend on the
+/// components' units.
 ///
 /// Source: [Rego2020, Sec. 4.3] for C1 to C4.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -86,7 +88,8 @@ pub(super) fn nearest(
 ///
 /// With |p_j − c_j − G_j ξ| = R_j (η⁺_j + η⁻_j)/2 + const it is one program over the box: maximise
 /// −Σ Θ_j R_j (η⁺_j + η⁻_j)/2 over G_j ξ + R_j (η⁺_j − η⁻_j)/2 = p_j − c_j, A ξ = b, where R_j reaches from p
-/// to everywhere in ⟨c, G⟩. Not a certified minimiser: nothing may depend on it.
+/// to everywhere in ⟨c, G⟩. Not a certified minimiser: nothing may depend on it. The distance adds components, so that it
+/// depends on their units.
 ///
 /// Fails with `Dimension`, `NotFinite`, or `Empty` if `x` is proved empty.
 ///
@@ -164,7 +167,11 @@ pub fn coordinates_of(
     let mut m: List<f64> = ranges.iter().map(|e| e.mid()).collect();
     let moved = x.g().mul_vec(&m);
     let right: List<f64> = (0..n).map(|i| h[i] - x.c()[i] - moved[i]).collect();
-    let shortest = x.g().pseudo_inverse()?.mul_vec(&right);
+    // In units of the rows: the least solution is the same, its rounding depends on no unit.
+    let units = units::of_rows(x.g());
+    let inverse = units::divided_rows(x.g(), &units).pseudo_inverse()?;
+    let scaled: List<f64> = right.iter().zip(&units).map(|(x, u)| x / u).collect();
+    let shortest = inverse.mul_vec(&scaled);
     let reach = 1.01 * shortest.iter().map(|x| x.abs()).sum::<f64>();
     if reach == 0.0 {
         return Ok(m);

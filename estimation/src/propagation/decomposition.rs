@@ -265,10 +265,13 @@ fn known<T>((corners, values): &(Vec<usize>, Vec<T>), bits: usize) -> &T {
 /// arithmetic, as for functions linear in each variable, are not to be decided by rounding.
 const EQUALLY_WIDE: f64 = 1e-9;
 
-/// The relation with the narrowest remainder; of those that are equal the one with the smallest |m| 1, because
-/// m multiplies a set, and of those the first.
-pub fn narrowest(relations: &[Relation]) -> &Relation {
-    let size = |r: &Relation| r.linear.iter().map(|m| m.abs()).sum::<f64>();
+/// The relation with the narrowest remainder; of those that are equal the one whose linear part reaches least over the box
+/// `range` that they were made over, Σ_j |m_j| (u_j − l_j), because m multiplies a set, and of those the first.
+pub fn narrowest<'a>(relations: &'a [Relation], range: &IntervalVector) -> &'a Relation {
+    let size = |r: &Relation| {
+        let terms = r.linear.iter().zip(range);
+        terms.map(|(m, side)| m.abs() * side.width()).sum::<f64>()
+    };
     let mut best = &relations[0];
     for relation in &relations[1..] {
         let (width, least) = (relation.remainder.width(), best.remainder.width());
@@ -323,7 +326,10 @@ pub fn chosen_relations<F: Function>(
     let rows = relations(f, frame, gradient, recipe.vectors)?;
     Ok(match recipe.choose {
         Choose::All => rows,
-        Choose::Argmin => rows.iter().map(|r| vec![narrowest(r).clone()]).collect(),
+        Choose::Argmin => {
+            let one = |r: &Vec<Relation>| vec![narrowest(r, frame.range()).clone()];
+            rows.iter().map(one).collect()
+        }
     })
 }
 

@@ -169,6 +169,9 @@ pub fn first_order_about<F: Function>(
     let rounding = product_up(&gradient.rad(), &distances(z.zonotope(), h));
     let rounding = sum_up(&rounding, &by_rounding_box(z, &halves, h));
     let first = first.widened_by(&sum_up(&value.rad(), &rounding))?;
+    if halves.iter().all(is_zero) {
+        return Ok(first);
+    }
     let mut sum = first.minkowski_sum(&second_order(z, &halves)?)?;
     if z.c() != h {
         sum = sum.minkowski_sum(&off_center(z, &halves, h, remainder)?)?;
@@ -203,8 +206,12 @@ fn lean(
         .affine_map(&slope.mid(), &start.mid())?;
     let first = first.widened_by(&sum_up(&start.rad(), &by_rounding_box(z, halves, h)))?;
     let far: List<f64> = over.iter().zip(h).map(|(o, &h)| (*o - h).mag()).collect();
+    let slopes = product_up(&slope.rad(), &far);
+    if halves.iter().all(is_zero) {
+        return first.widened_by(&slopes);
+    }
     let (center, g, rest) = products(z, halves);
-    let rest = sum_up(&rest, &product_up(&slope.rad(), &far));
+    let rest = sum_up(&rest, &slopes);
     let second = Zonotope::new(center, Matrix::hcat(&[&g, &Matrix::diagonal(&rest)]))?;
     first.minkowski_sum(&girard::reduce(&second, 2 * l.rows())?.into())
 }
@@ -235,6 +242,12 @@ fn second_order_weights(
             sum + p[i] * entry
         })
     })
+}
+
+/// Whether every entry is exactly 0. Where all half Hessians are, f is affine over the box, and each
+/// second-order term and its remainder are 0.
+fn is_zero(q: &IntervalMatrix) -> bool {
+    q.as_slice().iter().all(|e| *e == Interval::ZERO)
 }
 
 /// Q with Q_ii = ½ H_ii, Q_ij = H_ij above the diagonal, 0 below.

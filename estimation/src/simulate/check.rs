@@ -1,6 +1,7 @@
 //! A truth and inputs held against the system and the number of steps.
 
 use super::{DeltaLaw, Drawn, InitialState, Inputs, Law, Noise, SimulationError, Truth};
+use crate::error::shortest;
 use crate::problem::Uncertain;
 use crate::random::{MAX_COMPONENTS, MAX_STEPS};
 use crate::signal::{Signal, sum_at};
@@ -139,13 +140,17 @@ impl DeltaLaw {
                     if let Some(value) = terms.iter().map(|t| sum_at(t, k)).find(|d| d.abs() > 1.0)
                     {
                         let expected = "signals within [-1, 1]";
-                        return Err(part_error(part, expected, format!("{value} at step {k}")));
+                        return Err(part_error(
+                            part,
+                            expected,
+                            format!("{} at step {k}", shortest(value)),
+                        ));
                     }
                 }
                 Ok(())
             }
             DeltaLaw::Constant { value } if value.is_nan() || value.abs() > 1.0 => {
-                Err(part_error(part, "a value in [-1, 1]", value.to_string()))
+                Err(part_error(part, "a value in [-1, 1]", shortest(*value)))
             }
             DeltaLaw::Sine(wave) => {
                 let at = |source| SimulationError::Signal {
@@ -159,7 +164,7 @@ impl DeltaLaw {
                     return Err(part_error(
                         part,
                         "a sine within [-1, 1]",
-                        format!("up to {largest}"),
+                        format!("up to {}", shortest(largest)),
                     ));
                 }
                 Ok(())
@@ -216,7 +221,7 @@ fn finite(part: &'static str, v: &[f64], n: usize) -> Result<(), SimulationError
         ));
     }
     match v.iter().find(|x| !x.is_finite()) {
-        Some(x) => Err(part_error(part, "finite numbers", x.to_string())),
+        Some(x) => Err(part_error(part, "finite numbers", shortest(*x))),
         None => Ok(()),
     }
 }

@@ -5,6 +5,7 @@ use crate::problem::Uncertain;
 use crate::random::{Draws, MAX_ATTEMPTS, Purpose};
 use crate::signal::{Signal, sum_at};
 use zonobench_sets::Matrix;
+use zonobench_sets::covariance::Scaled;
 
 /// What makes a noise vector at any step of one run.
 pub(super) struct Source<'a> {
@@ -50,7 +51,7 @@ impl<'a> Source<'a> {
             terms,
             draws: Draws::new(seed, purposes[0], run),
             gaussian: Draws::new(seed, purposes[1], run),
-            factor: semidefinite_factor(&sigma),
+            factor: Scaled::new(&sigma).factor(),
             independent,
         }
     }
@@ -143,26 +144,4 @@ fn in_generators(of: &Uncertain, center: &[f64], mut xi: impl FnMut(usize) -> f6
 
 fn dot_in_order(row: &[f64], x: &[f64]) -> f64 {
     row.iter().zip(x).fold(0.0, |s, (a, x)| s + a * x)
-}
-
-/// F with F Fᵀ = Σ for a symmetric positive semidefinite Σ: Cholesky's factor, where a pivot that is
-/// zero up to rounding gives a column of zeros.
-fn semidefinite_factor(sigma: &Matrix) -> Matrix {
-    let n = sigma.rows();
-    let scale = (0..n).fold(0.0_f64, |m, i| m.max(sigma[(i, i)]));
-    let cut = scale * n as f64 * 4.0 * f64::EPSILON;
-    let mut factor = Matrix::zeros(n, n);
-    for j in 0..n {
-        let pivot = (0..j).fold(sigma[(j, j)], |s, k| s - factor[(j, k)] * factor[(j, k)]);
-        if pivot <= cut {
-            continue;
-        }
-        let root = pivot.sqrt();
-        factor[(j, j)] = root;
-        for i in j + 1..n {
-            let rest = (0..j).fold(sigma[(i, j)], |s, k| s - factor[(i, k)] * factor[(j, k)]);
-            factor[(i, j)] = rest / root;
-        }
-    }
-    factor
 }

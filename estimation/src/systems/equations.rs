@@ -1,6 +1,6 @@
 //! A system that is written as equations: x⁺ = next(x, u, w, k), y = output(x, u, v, k), or ẋ = rate(x, u, w, t).
 //!
-//! The texts are read once into tapes ([`tape`]) that evaluate on every number, so that enclosures and derivatives follow from the
+//! The texts are read once into tapes that evaluate on every number, so that enclosures and derivatives follow from the
 //! text alone. What is guaranteed is about the discrete model: with `rate`, about the method's step and not about the
 //! differential equation.
 
@@ -204,6 +204,11 @@ impl Equations {
     /// The system as a [`Linear`] one, where it is.
     pub fn as_linear(&self) -> Option<&Linear> {
         self.0.linear.as_ref()
+    }
+
+    /// Whether an output holds an input.
+    pub fn measures_input(&self) -> bool {
+        self.0.output.reads_input()
     }
 
     /// C and D_v of a measurement y = C x + D u + D_v v whose coefficients are f64s exactly.

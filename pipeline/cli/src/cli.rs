@@ -15,7 +15,8 @@ use zonobench_evidence::attack::{self, Size};
 use zonobench_evidence::count::text as counts_text;
 use zonobench_evidence::ledger;
 use zonobench_lab::experiment::Experiment;
-use zonobench_lab::tracking;
+use zonobench_lab::recorded;
+use zonobench_lab::tracking::{self, Tracked};
 use zonobench_lake::error::Error;
 use zonobench_lake::lake;
 use zonobench_lake::numbers;
@@ -25,11 +26,12 @@ use zonobench_query::tables;
 use zonobench_report as report;
 use zonobench_verdicts::compare::Scale;
 use zonobench_verdicts::papers::{self, Paper};
+use zonobench_verdicts::verdict::Verdict;
 
 /// Set-membership and mixed state estimation: published results, rebuilt and compared.
 ///
 /// `zonobench reproduce-all` runs every published experiment and ends with a verdict for every printed
-/// number. Results lie in a lake of Parquet tables and MCAP traces that `tables`, `query` and `report` read.
+/// number and claim that `published.csv` lists. Results lie in a lake of Parquet tables and MCAP traces that `tables`, `query` and `report` read.
 /// Nothing is computed twice: the same command after a change, or after a kill, runs what is missing.
 #[derive(Parser)]
 #[command(name = "zonobench", version, max_term_width = 110)]
@@ -48,7 +50,7 @@ struct Cli {
 enum Command {
     /// Rebuild the papers: every experiment, the lake, the traces, the tables, the report
     ///
-    /// Exit code 0: done, every published number has a verdict and no guarantee is violated ("differs" is a
+    /// Exit code 0: done, every published row has a verdict and no guarantee is violated ("differs" is a
     /// finding, not a failure); 1: something failed or a guarantee is violated; 2: bad usage.
     ReproduceAll(Reproduce),
     /// Run your own experiment files through the same stages
@@ -72,9 +74,13 @@ enum Command {
         /// Inputs, in the same form
         #[arg(long)]
         inputs: Option<PathBuf>,
-        /// Folder for estimates.parquet, beliefs.parquet and estimators.parquet
+        /// Folder for estimates.parquet, beliefs.parquet and estimators.parquet, and for sets.parquet where the
+        /// file asks for sets
         #[arg(long)]
         out: PathBuf,
+        /// How many steps in a row may have no measurement: each of them is predicted
+        #[arg(long, value_name = "STEPS", default_value_t = recorded::LONGEST_GAP)]
+        longest_gap: usize,
     },
     /// Show what would run, and why
     Plan {
@@ -139,7 +145,20 @@ enum Command {
         #[arg(long, default_value = "reports")]
         out: PathBuf,
     },
-    /// Try the papers' numbered claims in exact arithmetic: verdict, trials lost, counterexample
+    /// What the authors of a paper would want to read, as Markdown
+    ///
+    /// Every verdict of the paper that is not a success: the evidence, the command that shows it, and what would
+    /// change it.
+    Dossier {
+        /// Paper
+        paper: String,
+        /// A file for it; the terminal if not given
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
+        #[command(flatten)]
+        lake: LakeArg,
+    },
+    /// Try the papers' numbered claims in exact arithmetic: verdict, counterexample
     ///
     /// Nothing is read or kept: the same command gives the same counts. The lake's table `claims` holds them too.
     Claims {
@@ -274,23 +293,14 @@ fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
             measurements,
             inputs,
             out,
+            longest_gap,
         } => {
-            for tracked in tracking::track(&file, &measurements, inputs.as_deref(), &out)? {
-                for (estimator, k) in &tracked.inconsistent {
-                    print(&format!(
-                        "{}: {estimator}: the measurement at k = {k} contradicts the model\n",
-                        tracked.id
-                    ))?;
-                }
-                if verbosity != Verbosity::Quiet {
-                    let out = tracked.out.display();
-                    print(&format!(
-                        "{}: k = 0 to {}; see {out}/estimates.parquet\n",
-                        tracked.id, tracked.steps
-                    ))?;
-                }
-            }
-            Ok(0)
+            let recording = tracking::Files {
+                measurements: &measurements,
+                inputs: inputs.as_deref(),
+                longest_gap,
+            };
+            track(&tracking::track(&file, &recording, &out)?, verbosity)
         }
         Command::Plan {
             files,
@@ -310,6 +320,15 @@ fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
             files,
             lake,
         } => explain(&target, &files, &lake.lake),
+        Command::Dossier { paper, out, lake } => {
+            let text = report::dossier(&lake.lake, &paper)?;
+            match out {
+                Some(file) => std::fs::write(&file, text)
+                    .map_err(|e| Error::io("write", &file, e))
+                    .map(|()| 0),
+                None => print(&text).map(|()| 0),
+            }
+        }
         Command::Count { paper, lake } => count(paper.as_deref(), &lake.lake),
         Command::Tables {
             paper,
@@ -487,6 +506,7 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
     for violation in &violations {
         eprintln!("{}: {}", violation.path, violation.what);
     }
+    let failed = tell_failures(&finished);
     if verbosity != Verbosity::Quiet {
         let (made, found) = finished
             .iter()
@@ -496,7 +516,56 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
             start.elapsed().as_secs_f64()
         ))?;
     }
-    Ok(u8::from(errors > 0 || !violations.is_empty()))
+    Ok(u8::from(errors > 0 || failed || !violations.is_empty()))
+}
+
+/// Says how the estimators went on recorded data; 1 if one of them failed.
+fn track(all: &[Tracked], verbosity: Verbosity) -> Result<u8, Error> {
+    let mut failed = false;
+    for tracked in all {
+        let id = &tracked.id;
+        for ending in &tracked.endings {
+            let (estimator, k) = (&ending.estimator, ending.k);
+            match ending.status.as_str() {
+                _ if ending.is_failure() => {
+                    failed = true;
+                    eprintln!("{id}: {ending}");
+                }
+                "inconsistent" => print(&format!(
+                    "{id}: {estimator}: the measurement at k = {k} contradicts the model\n"
+                ))?,
+                _ => print(&format!("{id}: {estimator}: k = {k}: {}\n", ending.cause))?,
+            }
+        }
+        if verbosity != Verbosity::Quiet {
+            let mut out = String::new();
+            if !tracked.left_out.is_empty() {
+                let metrics = tracked.left_out.join(", ");
+                out += &format!("{id}: left out, because they need the truth: {metrics}\n");
+            }
+            let (steps, folder) = (tracked.steps, tracked.out.display());
+            out += &format!("{id}: k = 0 to {steps}; see {folder}/estimates.parquet\n");
+            print(&out)?;
+        }
+    }
+    Ok(u8::from(failed))
+}
+
+/// The most failures of an experiment that are told one by one.
+const MOST_TOLD: usize = 10;
+
+/// Tells the runs that failed, on the standard error; true if there are any. Their rows have the status.
+fn tell_failures(finished: &[Finished]) -> bool {
+    for f in finished {
+        let name = f.experiment.name();
+        for failure in f.failures.iter().take(MOST_TOLD) {
+            eprintln!("{name}: {failure}");
+        }
+        if let Some(more) = f.failures.len().checked_sub(MOST_TOLD).filter(|&n| n > 0) {
+            eprintln!("{name}: {more} more runs ended early; see the table estimates");
+        }
+    }
+    finished.iter().any(|f| !f.failures.is_empty())
 }
 
 /// `reports` below the current folder where it is there and this lake may be shown in it, else in the lake.
@@ -519,11 +588,10 @@ fn has_every_paper(entries: &[lake::Entry]) -> bool {
 
 /// Prints the matrix of verdicts and where to look; returns the number of cells in error.
 fn summary(lake: &Path, reports: &Path, quick: bool, verbosity: Verbosity) -> Result<usize, Error> {
-    let matrix = tables::matrix(lake)?;
-    let errors = matrix
-        .iter()
-        .filter(|(_, _, verdict, _)| verdict == "error")
-        .map(|(_, _, _, n)| n)
+    let tallies = tables::tallies(lake)?;
+    let errors = (tallies.iter().flat_map(|t| &t.parts))
+        .filter(|part| part.like == Verdict::Error)
+        .map(|part| part.n)
         .sum();
     if verbosity == Verbosity::Quiet {
         return Ok(errors);
@@ -533,8 +601,12 @@ fn summary(lake: &Path, reports: &Path, quick: bool, verbosity: Verbosity) -> Re
             .to_owned()
     } else {
         format!(
-            "What the papers print, as reproduced (reading as-written), cells by verdict:\n\n{}\n",
-            tables::matrix_text(lake)?
+            "What the papers print, as reproduced (reading as-written), by verdict:\n\n{}\n{}\n",
+            tables::matrix_text(lake)?,
+            tallies
+                .iter()
+                .map(|t| t.sentence(|part| format!("{} {}", part.n, part.what)) + "\n")
+                .collect::<String>()
         )
     };
     out += &format!(
@@ -612,6 +684,7 @@ fn run_files(
     for violation in &violations {
         eprintln!("{}: {}", violation.path, violation.what);
     }
+    let failed = tell_failures(&finished);
     if verbosity != Verbosity::Quiet {
         let mut out = String::new();
         for e in &experiments {
@@ -628,7 +701,7 @@ fn run_files(
         );
         print(&out)?;
     }
-    Ok(u8::from(!violations.is_empty()))
+    Ok(u8::from(failed || !violations.is_empty()))
 }
 
 /// Appends one line to the run log: when, how long, what. Never hashed.

@@ -80,7 +80,7 @@ fn a_wrong_experiment_is_refused_at_its_line() {
             "covariance = [[10.0, 0.0], [0.0, 10.0]]",
             "covariance = [[1.0, 2.0], [2.0, 1.0]]",
             "covariance",
-            &["prior.covariance: expected a positive semidefinite matrix, got the eigenvalue -1"],
+            &["prior.covariance: expected a positive semidefinite matrix, got the covariance 2 of"],
         ),
         (
             "phi = 20",
@@ -146,7 +146,7 @@ fn a_wrong_experiment_is_refused_at_its_line() {
             "steps = 60",
             "steps = 1e3",
             "steps",
-            &["steps: expected an integer", "got 1000"],
+            &["steps: expected an integer", "got 1e3 (a float)"],
         ),
         (
             "sets = [0, 4, 60]",
@@ -184,6 +184,68 @@ fn a_wrong_experiment_is_refused_at_its_line() {
             "id = \"a/../../x\"",
             "id = \"mixed\"",
             &["estimator[3].id: expected a lower-case letter, then"],
+        ),
+        (
+            "seed = 7",
+            "seed = 7.0",
+            "seed",
+            &["seed: expected an integer of at least 0, got 7.0 (a float)"],
+        ),
+        (
+            "phi = 20",
+            "phi = 20.0",
+            "phi",
+            &["estimator.mixed.phi: expected an integer of at least 0, got 20.0 (a float)"],
+        ),
+        (
+            "phi = 20",
+            "gain = \"optmial\"\nphi = 20",
+            "phi",
+            &[
+                "expected \"optimal\" or \"unsquared\", got \"optmial\"",
+                "did you mean \"optimal\"?",
+            ],
+        ),
+        (
+            "covariance = [[10.0, 0.0], [0.0, 10.0]]",
+            "covariance = [[1e-8, 2e-8], [2e-8, 1e-8]]",
+            "covariance",
+            &[
+                "expected a positive semidefinite matrix, got the covariance 2e-8 of components 1 and 2",
+                "whose variances are 1e-8 and 1e-8",
+            ],
+        ),
+        (
+            "eta = 0.5",
+            "eta = -1e-300",
+            "eta",
+            &["estimator.mixed.eta: expected in [0, 1], got -1e-300"],
+        ),
+        (
+            "kind = \"linear\"",
+            "knid = \"linear\"",
+            "kind = \"linear\"",
+            &[
+                "system.kind: expected a kind of system",
+                "got nothing by that name but \"knid\"",
+                "did you mean \"kind\"?",
+            ],
+        ),
+        (
+            "kind = \"ezgkf\"",
+            "kidn = \"ezgkf\"",
+            "kind = \"ezgkf\"",
+            &[
+                "estimator.mixed.kind: expected",
+                "\"kidn\"",
+                "did you mean \"kind\"?",
+            ],
+        ),
+        (
+            "[truth]",
+            "[rtuth]",
+            "[truth]",
+            &["rtuth: unknown key", "did you mean \"truth\"?"],
         ),
         (
             "id = \"mixed\"",
@@ -257,10 +319,16 @@ fn names_that_do_not_exist_are_refused_with_those_that_do() {
     refused(&["explain", "mine/smal", "small.toml"]).says(&["no target `mine/smal`", "mine/small"]);
     refused(&["tables", "nope"]).says(&["no paper in this lake `nope`", "reproduce-all"]);
     refused(&["query", "SELEC * FROM scores"]).says(&["query: not SQL", "found: SELEC"]);
-    refused(&["query", "SELECT * FROM score"])
-        .says(&["no table `score`", "did you mean `scores`?", "scores, timings"]);
-    refused(&["query", "SELECT maen FROM scores"])
-        .says(&["no column `maen`", "did you mean `mean`?", "estimator, metric"]);
+    refused(&["query", "SELECT * FROM score"]).says(&[
+        "no table `score`",
+        "did you mean `scores`?",
+        "scores, timings",
+    ]);
+    refused(&["query", "SELECT maen FROM scores"]).says(&[
+        "no column `maen`",
+        "did you mean `mean`?",
+        "estimator, metric",
+    ]);
     refused(&["query", ""]).says(&["query: expected a statement"]);
     refused(&["query", "DELETE FROM scores"]).says(&["query: DELETE is refused"]);
     refused(&["query", "COPY scores TO 'x.csv'"]).says(&["query: COPY is refused"]);
@@ -511,7 +579,7 @@ fn wrong_measurements_are_refused_at_their_line_and_column() {
     ]);
     folder.write("short.csv", "k,u1\n0,0\n");
     let short = track("y.csv", &["--inputs", "short.csv"]).ends_with(2);
-    short.says(&["short.csv: expected values for k = 0 to 2, got k up to 0"]);
+    short.says(&["short.csv: expected values for k = 0 to 1, got k up to 0"]);
     folder.write("gap.csv", "k,u1\n0,0\n1,\n2,0\n");
     let gap = track("y.csv", &["--inputs", "gap.csv"]).ends_with(2);
     gap.says(&["gap.csv: expected a value of u1 at k = 1, got none"]);
@@ -671,4 +739,148 @@ fn a_record_of_attacks_goes_on_and_is_counted_again() {
     let recounted = folder.run(&["attack", "box", "--recount", "attack.csv"]);
     assert_ne!(recounted.code, Some(0));
     recounted.says(&["attack.csv", &cells[2], &cells[3]]);
+}
+
+/// [`SMALL`] as a vehicle with a period of `dt`, with traces.
+fn with_period(dt: &str) -> Folder {
+    let folder = Folder::new();
+    let text = format!(
+        "schema = 1\npaper = \"mine\"\nid = \"clock\"\nseed = 1\nruns = 1\nsteps = 20\n\
+         [system]\nkind = \"van-der-pol\"\nts = {dt}\n\
+         [prior]\nbox = [[-0.1, 0.1], [-0.1, 0.1]]\n\
+         [noise]\nw = {{ box = [[0.0, 0.0], [0.0, 0.0]] }}\nv = {{ box = [[-0.1, 0.1]] }}\n\
+         [truth]\nx0 = [0.0, 0.0]\n\
+         [[estimator]]\nid = \"zmv\"\nkind = \"zmv\"\ngenerators = 8\n\
+         [output]\ntraces = true\n"
+    );
+    folder.write("clock.toml", text);
+    folder
+}
+
+#[test]
+fn a_period_that_the_clock_of_a_trace_cannot_tell_is_refused_at_its_line() {
+    for (dt, expected) in [
+        ("1e-10", "expected at least 1e-9 s"),
+        ("1e9", "expected at most 4.000e8 s for 20 steps"),
+    ] {
+        let folder = with_period(dt);
+        let outcome = folder.run(&["run", "clock.toml"]).ends_with(2);
+        let outcome = outcome.says(&["clock.toml:9: system.ts: ", expected, "output.traces", dt]);
+        assert!(!outcome.stderr.contains(".cache"), "{}", outcome.stderr);
+        assert!(!folder.path("lake").exists());
+        // Without a trace there is no clock.
+        let text = std::fs::read_to_string(folder.path("clock.toml")).unwrap();
+        folder.write(
+            "clock.toml",
+            text.replace("traces = true", "traces = false"),
+        );
+        let without = folder.run(&["run", "clock.toml"]);
+        assert_ne!(without.code, Some(2), "{without:?}");
+    }
+    let folder = with_period("1e-9");
+    folder.done(&["run", "clock.toml"]);
+    let trace = folder
+        .path("lake")
+        .join(zonobench_lake::lake::trace_path("mine", "clock", "zmv"));
+    let bytes = std::fs::read(trace).unwrap();
+    let mut stamps: Vec<u64> = mcap::MessageStream::new(&bytes)
+        .unwrap()
+        .map(|message| message.unwrap())
+        .filter(|message| message.channel.topic.ends_with("/metrics"))
+        .map(|message| message.log_time)
+        .collect();
+    let n = stamps.len();
+    stamps.dedup();
+    assert!(stamps.is_sorted());
+    assert_eq!((n, stamps.len()), (21, 21));
+}
+
+#[test]
+fn a_message_is_short_and_fast_whatever_the_file_holds() {
+    let long = "a1 ".repeat(350_000);
+    let digits = "1".repeat(1_000_000);
+    let cases: &[(&str, String, &str)] = &[
+        (
+            "a long text for a number",
+            SMALL.replace("runs = 40", &format!("runs = \"{long}\"")),
+            "(1050000 characters)",
+        ),
+        (
+            "a long number",
+            SMALL.replace("runs = 40", &format!("runs = {digits}")),
+            "expected an integer",
+        ),
+        (
+            "a long float",
+            SMALL.replace("eta = 0.5", &format!("eta = {digits}.0")),
+            "expected a finite number",
+        ),
+        (
+            "a long key",
+            SMALL.replace("runs = 40", &format!("{digits} = 40")),
+            "unknown key",
+        ),
+        (
+            "a long key in quotes",
+            SMALL.replace("runs = 40", &format!("\"{long}\" = 40")),
+            "unknown key",
+        ),
+        (
+            "a long id",
+            SMALL.replace("id = \"kf\"", &format!("id = \"{digits}\"")),
+            "expected a lower-case letter",
+        ),
+        (
+            "a long kind",
+            SMALL.replace("kind = \"kalman\"", &format!("kind = \"{long}\"")),
+            "(1050000 characters)",
+        ),
+        (
+            "a long line with a fault",
+            SMALL.replace("eta = 0.5", &format!("eta = 1.5 # {long}")),
+            "got 1.5",
+        ),
+        (
+            "a long array with a fault",
+            SMALL.replace("sets = [0, 4, 60]", "sets = [0, -1]"),
+            "output.sets",
+        ),
+        (
+            "a quote that is not closed",
+            SMALL.replace("paper = \"mine\"", &format!("paper = \"mine {long}")),
+            "a.toml:2",
+        ),
+        (
+            "three quotes that are not closed",
+            SMALL.replace("paper = \"mine\"", &format!("paper = \"\"\"mine {long}")),
+            "a.toml:",
+        ),
+        (
+            "a long line that is none",
+            format!("{SMALL}\n{long}\n"),
+            "a.toml:",
+        ),
+        (
+            "a long sweep",
+            format!("{SMALL}\n[sweep]\n\"{digits}\" = 3\n"),
+            "sweep",
+        ),
+        (
+            "a long value of a setting",
+            SMALL.replace("eta = 0.5", &format!("eta = \"{long}\"")),
+            "expected a number",
+        ),
+    ];
+    for (what, text, part) in cases {
+        let folder = Folder::new();
+        folder.write("a.toml", text);
+        let start = std::time::Instant::now();
+        let outcome = folder.run(&["run", "a.toml"]).ends_with(2);
+        let (length, seconds) = (outcome.stderr.len(), start.elapsed().as_secs_f64());
+        println!("{what}: {length} bytes, {seconds:.2} s");
+        assert!(length < 2500, "{what}: {length} bytes");
+        outcome.says(&[part]);
+        // A second on a busy machine; every one of these took several.
+        assert!(seconds < 10.0, "{what}: {seconds} s");
+    }
 }

@@ -257,12 +257,7 @@ fn mixed_agrees(name: &str) {
     folder.write("t.toml", text);
     folder.write("y.csv", csv("y1", &s["y"]));
     // The reference has no input at the last k, where none is used.
-    let mut inputs = s["u"].clone();
-    inputs
-        .as_array_mut()
-        .unwrap()
-        .push(serde_json::json!([0.0]));
-    folder.write("u.csv", csv("u1", &inputs));
+    folder.write("u.csv", csv("u1", &s["u"]));
     tracked(&folder, if is_lpv { &["--inputs", "u.csv"] } else { &[] });
     let written = Written::read(&folder, "out");
     for (reference, id, _) in kinds {
@@ -462,4 +457,280 @@ fn a_table_of_the_lake_is_not_in_the_form_of_a_recording() {
         "long.parquet: ",
         "expected the columns k, y1, y2, got \"run\"",
     ]);
+}
+
+/// A perfect sensor, no noise at all, and an estimator without either.
+const PERFECT: &str = r#"schema = 1
+paper = "mine"
+id = "perfect"
+
+[system]
+kind = "linear"
+a = [[1.0]]
+c = [[1.0]]
+
+[prior]
+box = [[-1.0, 1.0]]
+mean = [0.0]
+covariance = [[1.0]]
+
+[noise]
+w = { box = [[0.0, 0.0]], mean = [0.0], covariance = [[0.0]] }
+v = { box = [[0.0, 0.0]], mean = [0.0], covariance = [[0.0]] }
+
+[[estimator]]
+id = "kalman"
+kind = "kalman"
+
+[[estimator]]
+id = "box"
+kind = "box-state-est"
+"#;
+
+#[test]
+fn an_estimator_that_fails_takes_nothing_from_the_others() {
+    let folder = Folder::new();
+    folder.write("t.toml", PERFECT);
+    // Without noise the second measurement is impossible: the Kalman filter divides by zero, the box is empty.
+    folder.write("y.csv", "k,y1\n0,0.5\n1,0.5\n2,0.75\n3,0.5\n");
+    let arguments = ["track", "t.toml", "--measurements", "y.csv", "--out", "out"];
+    let outcome = folder.run(&arguments).ends_with(1);
+    let outcome = outcome.says(&["perfect: kalman, run 0, k = 2: singular: "]);
+    assert_eq!(
+        outcome.stdout,
+        "perfect: box: the measurement at k = 2 contradicts the model\n\
+         perfect: k = 0 to 3; see out/estimates.parquet\n"
+    );
+    let written = Written::read(&folder, "out");
+    for (estimator, last) in [("kalman", "singular"), ("box", "inconsistent")] {
+        let expected = [(0, "ok"), (1, "ok"), (2, last)].map(|(k, s)| (k, s.to_owned()));
+        assert_eq!(written.statuses(estimator), expected, "{estimator}");
+        let [center, ..] = written.estimate(estimator, 1, "updated");
+        // The box is rounded outward.
+        assert!(
+            center[0].is_some_and(|c| (c - 0.5).abs() < 1e-12),
+            "{estimator}: {center:?}"
+        );
+    }
+}
+
+#[test]
+fn a_simulated_run_that_fails_is_a_row_too_and_its_exit_code_is_kept_with_it() {
+    let folder = Folder::new();
+    // The truth does not keep to what the estimators assume.
+    let text = PERFECT.replace(
+        "[prior]",
+        "[truth]\nx0 = [0.5]\nw = { law = \"zero\" }\nv = { signals = [[{ kind = \"pieces\", at = [2], value = [0.0, 1.0] }]] }\n\n[prior]",
+    );
+    let text = text.replace(
+        "id = \"perfect\"",
+        "id = \"perfect\"\nseed = 1\nruns = 1\nsteps = 4",
+    );
+    folder.write(
+        "t.toml",
+        format!("{text}\n[[metric]]\nname = \"radius\"\n\n[output]\ntraces = true\n"),
+    );
+    for _ in ["made", "found"] {
+        let outcome = folder.run(&["run", "t.toml"]).ends_with(1);
+        outcome.says(&["mine/perfect: kalman, run 0, k = 2: singular: "]);
+    }
+    let sql = "SELECT estimator, k, status FROM estimates WHERE phase = 'updated' AND status <> 'ok' ORDER BY estimator";
+    let rows = folder.done(&["query", sql, "--format", "csv"]).stdout;
+    assert_eq!(
+        rows,
+        "estimator,k,status\nbox,2,inconsistent\nkalman,2,singular\n"
+    );
+    folder.done(&["verify"]);
+}
+
+/// A state that grows tenfold a step, so that its covariance is beyond every f64 after 160.
+const GROWING: &str = r#"schema = 1
+paper = "mine"
+id = "growing"
+
+[system]
+kind = "linear"
+a = [[10.0]]
+c = [[1.0]]
+
+[prior]
+center = [0.0]
+generators = [[1.0]]
+mean = [0.0]
+covariance = [[1.0]]
+
+[noise]
+w = { generators = [[1.0]], covariance = [[1.0]] }
+v = { generators = [[1.0]], covariance = [[1.0]] }
+
+[[estimator]]
+id = "kf"
+kind = "kalman"
+
+[[estimator]]
+id = "mixed"
+kind = "ezgkf"
+phi = 20
+eta = 0.5
+alpha = 0.01
+"#;
+
+#[test]
+fn a_covariance_that_is_no_longer_finite_is_an_overflow_and_not_ok() {
+    let folder = Folder::new();
+    folder.write("t.toml", GROWING);
+    folder.write("y.csv", "k,y1\n0,0.5\n400,0.5\n");
+    let arguments = ["track", "t.toml", "--measurements", "y.csv", "--out", "out"];
+    let outcome = folder.run(&arguments).ends_with(1);
+    outcome.says(&[
+        "growing: kf, run 0, k = 15",
+        ": overflow: ",
+        "growing: mixed, run 0, k = ",
+    ]);
+    let written = Written::read(&folder, "out");
+    for estimator in ["kf", "mixed"] {
+        let statuses = written.statuses(estimator);
+        let (last, before) = statuses.split_last().unwrap();
+        assert_eq!(last.1, "overflow", "{estimator}");
+        assert!((100..400).contains(&last.0), "{estimator}: {last:?}");
+        assert!(
+            before.iter().all(|(_, status)| status == "ok"),
+            "{estimator}"
+        );
+    }
+    let finite = |b: &Belief| b.covariance.iter().flatten().all(|x| x.is_finite());
+    assert!(written.beliefs.iter().all(finite));
+}
+
+#[test]
+fn what_the_file_asks_for_is_given_as_far_as_no_truth_is_needed() {
+    let folder = Folder::new();
+    folder.write(
+        "t.toml",
+        format!(
+            "{TWO}\n[[metric]]\nname = \"rmse\"\n\n[[metric]]\nname = \"contains\"\nid = \"inside\"\n\n\
+             [[metric]]\nname = \"area\"\nfrom = 500\n\n[output]\nsets = [0, 2, 1000]\ntraces = true\n"
+        ),
+    );
+    folder.write("y.csv", "k,y1,y2\n0,1.0,1.0\n1,1.1,0.8\n2,1.2,0.64\n");
+    let said = tracked(&folder, &[]).stdout;
+    assert_eq!(
+        said,
+        "two: left out, because they need the truth: rmse, inside\n\
+         two: k = 0 to 2; see out/estimates.parquet\n"
+    );
+    let sets: Vec<zonobench_lake::rows::Set> =
+        table::read(&folder.path("out/sets.parquet")).unwrap();
+    let steps = |estimator: &str| {
+        let of = sets.iter().filter(|set| &*set.estimator == estimator);
+        of.map(|set| set.k).collect::<Vec<_>>()
+    };
+    assert_eq!(steps("box"), [0, 0, 2, 2]);
+    assert!(
+        sets.iter()
+            .all(|set| set.center.as_ref().is_some_and(|c| c.len() == 2))
+    );
+    let beliefs: Vec<Belief> = table::read(&folder.path("out/beliefs.parquet")).unwrap();
+    let volumes = |estimator: &str| {
+        let of = beliefs.iter().filter(|b| &*b.estimator == estimator);
+        of.map(|b| b.volume.is_some()).collect::<Vec<_>>()
+    };
+    assert!(volumes("box").iter().all(|&there| there));
+    assert!(
+        volumes("kf").iter().all(|&there| !there),
+        "a Kalman filter has no set"
+    );
+}
+
+#[test]
+fn the_last_input_is_asked_for_only_where_it_is_measured() {
+    let folder = Folder::new();
+    let text = TWO
+        .replace("[prior]", "b = [[1.0], [0.5]]\n\n[prior]")
+        .replacen("\nb =", "b =", 1);
+    folder.write("t.toml", &text);
+    folder.write("y.csv", "k,y1,y2\n0,1.0,1.0\n1,1.1,0.8\n2,1.2,0.64\n");
+    folder.write("all.csv", "k,u1\n0,0\n1,0\n2,0\n");
+    folder.write("fewer.csv", "k,u1\n0,0\n1,0\n");
+    folder.write("none.csv", "k,u1\n0,0\n");
+    tracked(&folder, &["--inputs", "all.csv"]);
+    let estimates = std::fs::read(folder.path("out/estimates.parquet")).unwrap();
+    tracked(&folder, &["--inputs", "fewer.csv"]);
+    let without_the_last = std::fs::read(folder.path("out/estimates.parquet")).unwrap();
+    assert!(estimates == without_the_last);
+    let arguments = ["track", "t.toml", "--measurements", "y.csv", "--out", "out"];
+    let with = |inputs| folder.run(&[&arguments[..], &["--inputs", inputs]].concat());
+    with("none.csv")
+        .ends_with(2)
+        .says(&["none.csv: expected values for k = 0 to 1, got k up to 0"]);
+    folder.write(
+        "t.toml",
+        text.replace("\n\n[prior]", "\nd = [[0.1], [0.0]]\n\n[prior]"),
+    );
+    with("all.csv").ends_with(0);
+    with("fewer.csv")
+        .ends_with(2)
+        .says(&["fewer.csv: expected values for k = 0 to 2, got k up to 1"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_read_once_and_what_has_no_end_is_refused() {
+    let folder = Folder::new();
+    folder.write(
+        "t.toml",
+        format!("{TWO}\n[sweep]\n\"estimator.mixed.phi\" = [4, 8]\n"),
+    );
+    let made = std::process::Command::new("mkfifo")
+        .arg(folder.path("pipe"))
+        .status();
+    assert!(made.unwrap().success());
+    let pipe = folder.path("pipe");
+    let writer =
+        std::thread::spawn(move || std::fs::write(pipe, "k,y1,y2\n0,1.0,1.0\n1,1.1,0.8\n"));
+    let track = |measurements| {
+        let arguments = [
+            "track",
+            "t.toml",
+            "--measurements",
+            measurements,
+            "--out",
+            "out",
+        ];
+        folder.run(&arguments)
+    };
+    let outcome = track("pipe").ends_with(0);
+    assert!(
+        outcome.stdout.contains("two_phi8: k = 0 to 1"),
+        "{outcome:?}"
+    );
+    writer.join().unwrap().unwrap();
+    let start = std::time::Instant::now();
+    track("/dev/zero")
+        .ends_with(2)
+        .says(&["/dev/zero:1: expected at most 1048576 bytes in a line"]);
+    track("/dev/null")
+        .ends_with(2)
+        .says(&["/dev/null: expected a header and at least one row"]);
+    assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+}
+
+#[test]
+fn a_gap_costs_what_it_says_and_a_longer_one_is_refused_first() {
+    let folder = Folder::new();
+    folder.write("t.toml", TWO);
+    folder.write("y.csv", "k,y1,y2\n0,1,1\n1000000,1,1\n");
+    let arguments = ["track", "t.toml", "--measurements", "y.csv", "--out", "out"];
+    folder.run(&arguments).ends_with(2).says(&[
+        "y.csv:3: column k: expected at most 100000 steps in a row without a row, got 999999 from 0 to 1000000",
+        "--longest-gap 999999",
+    ]);
+    assert!(!folder.path("out").exists());
+    folder.write("y.csv", "k,y1,y2\n0,1,1\n20,0,0\n");
+    let with = |gap| folder.run(&[&arguments[..], &["--longest-gap", gap]].concat());
+    with("18")
+        .ends_with(2)
+        .says(&["expected at most 18 steps in a row without a row, got 19"]);
+    with("19").ends_with(0);
+    assert_eq!(Written::read(&folder, "out").statuses("kf").len(), 21);
 }

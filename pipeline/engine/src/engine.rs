@@ -4,6 +4,7 @@
 //! that neither the number of threads nor their timing leaves a trace in a hashed file.
 
 use crate::code;
+use crate::parts;
 use crate::progress::Progress;
 use rayon::prelude::*;
 use serde_json::Value;
@@ -11,6 +12,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use zonobench_evidence::{attack, claims, count};
+use zonobench_lab::stage::ending::{self, Ending};
 use zonobench_lab::stage::estimate::Job;
 use zonobench_lab::stage::{Experiment, Recordings, estimate, reduce, simulate, trace};
 use zonobench_lake::error::Error;
@@ -27,6 +29,8 @@ pub struct Finished {
     pub experiment: Arc<Experiment>,
     simulation: Artifact,
     estimates: Vec<Artifact>,
+    /// The runs that an estimator ended without a belief, for a reason that is no result.
+    pub failures: Vec<Ending>,
     traces: Vec<(String, Artifact)>,
     metrics: Artifact,
     scores: Artifact,
@@ -86,6 +90,7 @@ pub fn run(
                     estimate::make(&Job::of(experiment, i), recordings()?, dir, &|n| {
                         progress.advance(&name, &what, n)
                     })
+                    .map(drop)
                 },
             )?;
             if !result.1 {
@@ -101,6 +106,10 @@ pub fn run(
         .into_iter()
         .map(|(artifact, _)| artifact)
         .collect();
+    let mut failures = Vec::new();
+    for path in estimates.iter().filter_map(|a| a.path(ending::FILE)) {
+        failures.extend(ending::read(&path)?);
+    }
     let mut traces = Vec::new();
     if experiment.output.traces {
         for (i, estimates) in estimates.iter().enumerate() {
@@ -137,6 +146,7 @@ pub fn run(
         experiment: experiment.clone(),
         simulation,
         estimates,
+        failures,
         traces,
         metrics,
         scores,
@@ -504,15 +514,37 @@ pub fn write_timing_comparison(
     paper: &Paper,
     finished: &[Finished],
 ) -> Result<(), Error> {
-    let mut timings = BTreeMap::new();
+    let mut timings = compare::Times::new();
     for f in finished.iter().filter(|f| f.experiment.paper == paper.name) {
         for artifact in &f.estimates {
             for row in table::read::<rows::Timing>(&file(artifact, "timings.parquet")?)? {
                 timings
-                    .entry((f.experiment.id.clone(), row.estimator.to_string()))
-                    .or_insert_with(Vec::new)
+                    .entry((f.experiment.id.clone(), row.estimator.to_string(), None))
+                    .or_default()
                     .push(row.total_ns as f64 / row.steps.max(1) as f64);
             }
+        }
+    }
+    for (experiment, estimator, phase) in compare::parts(paper) {
+        let Some(f) = (finished.iter())
+            .find(|f| f.experiment.paper == paper.name && f.experiment.id == experiment)
+        else {
+            continue;
+        };
+        let e = &f.experiment;
+        let Some(i) = e.estimators.iter().position(|spec| spec.id == estimator) else {
+            continue;
+        };
+        let kept = lake
+            .join(".cache")
+            .join("parts")
+            .join(format!("{}.json", f.estimates[i].content));
+        let recordings = || Recordings::read(&e.problem, &f.simulation);
+        let shares = parts::shares(&kept, e, i, recordings)?;
+        let whole = timings.get(&(experiment.clone(), estimator.clone(), None));
+        if let (Some(share), Some(whole)) = (shares.get(&phase), whole) {
+            let part: Vec<f64> = whole.iter().map(|ns| ns * share).collect();
+            timings.insert((experiment, estimator, Some(phase)), part);
         }
     }
     let rows = compare::timings(paper, &timings);

@@ -4,4 +4,5 @@ pub mod campaign;
 pub mod code;
 pub mod engine;
 pub mod long_campaign;
+mod parts;
 pub mod progress;

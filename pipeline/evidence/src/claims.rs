@@ -26,7 +26,7 @@ pub fn rows(wanted: impl Fn(&str, &str) -> bool) -> Vec<(&'static str, Claim)> {
             let row = Claim {
                 claim: claim.id.into(),
                 statement: claim.statement.into(),
-                verdict: outcome.verdict.name().into(),
+                verdict: claim.verdict(&outcome).name().into(),
                 trials: outcome.trials as i64,
                 lost: outcome.lost as i64,
                 counterexample: outcome.counterexample.as_str().into(),

@@ -1,15 +1,29 @@
 //! `track`: estimators on recorded data, without a simulation and without a truth.
 
-use crate::experiment::{Output, Tracking};
-use crate::recorded;
-use crate::stage::estimate::{Job, describe, make};
+use crate::experiment::Tracking;
+use crate::experiment::metric::needs_truth;
+use crate::recorded::{self, Recording};
+use crate::stage::ending::Ending;
+use crate::stage::estimate::{Job, describe, extras, make, volumes};
 use crate::stage::{Recordings, metadata};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use zonobench_estimation::System as _;
+use zonobench_estimation::system::Variable;
 use zonobench_lake::error::Error;
-use zonobench_lake::rows::{Belief, Estimate, EstimatorInfo};
-use zonobench_lake::table;
+use zonobench_lake::rows::{Belief, Estimate, EstimatorInfo, Set};
+use zonobench_lake::table::{self, Row};
+
+/// What was recorded, and where.
+pub struct Files<'a> {
+    /// The measurements.
+    pub measurements: &'a Path,
+    /// The inputs, of a system that has any.
+    pub inputs: Option<&'a Path>,
+    /// The most steps in a row without a row of measurements.
+    pub longest_gap: usize,
+}
 
 /// What was written for one combination of a file's sweep and cases.
 pub struct Tracked {
@@ -19,23 +33,26 @@ pub struct Tracked {
     pub out: PathBuf,
     /// The last step.
     pub steps: usize,
-    /// (estimator, k) of measurements that contradict the model.
-    pub inconsistent: Vec<(String, i32)>,
+    /// The estimators that ended early, and why.
+    pub endings: Vec<Ending>,
+    /// The metrics of the file that need a truth.
+    pub left_out: Vec<String>,
 }
 
 /// Runs the estimators of `file` on recorded measurements (and inputs) and writes `estimates.parquet`,
 /// `beliefs.parquet` and `estimators.parquet` into `out`, or into a folder of it for each combination where
-/// the file gives several.
+/// the file gives several; with `[output] sets` also `sets.parquet`.
 ///
-/// Fails on a wrong file, and on a system with inputs without a recording of them.
-pub fn track(
-    file: &Path,
-    measurements: &Path,
-    inputs: Option<&Path>,
-    out: &Path,
-) -> Result<Vec<Tracked>, Error> {
+/// An estimator that ends early takes nothing from the others. Fails on a wrong file, and on a system with
+/// inputs without a recording of them.
+pub fn track(file: &Path, files: &Files, out: &Path) -> Result<Vec<Tracked>, Error> {
     let trackings = Tracking::load(file)?;
     let several = trackings.len() > 1;
+    let mut read = Reader {
+        files,
+        measurements: None,
+        inputs: None,
+    };
     trackings
         .iter()
         .map(|tracking| {
@@ -44,92 +61,154 @@ pub fn track(
             } else {
                 out.to_owned()
             };
-            one(tracking, measurements, inputs, &folder)
+            one(tracking, &mut read, &folder)
         })
         .collect()
 }
 
-fn one(
-    tracking: &Tracking,
-    measurements: &Path,
-    inputs: Option<&Path>,
-    out: &Path,
-) -> Result<Tracked, Error> {
-    let variables = tracking.problem.system.variables();
-    let names = |list: &'_ [zonobench_estimation::system::Variable]| -> Vec<String> {
-        list.iter().map(|v| v.name.clone()).collect()
+/// A recording, and the components that it was read for.
+type Kept = Option<(Vec<Variable>, Arc<Recording>)>;
+
+/// The files, each read once for the combinations whose components have the same names: a pipe can be read
+/// only once.
+struct Reader<'a> {
+    files: &'a Files<'a>,
+    measurements: Kept,
+    inputs: Kept,
+}
+
+fn names(variables: &[Variable]) -> Vec<&str> {
+    variables.iter().map(|v| v.name.as_str()).collect()
+}
+
+impl Reader<'_> {
+    fn measurements(&mut self, y: &[Variable]) -> Result<Arc<Recording>, Error> {
+        let gap = self.files.longest_gap;
+        once(&mut self.measurements, y, || {
+            recorded::measurements(self.files.measurements, &names(y), gap)
+        })
+    }
+
+    fn inputs(&mut self, path: &Path, u: &[Variable]) -> Result<Arc<Recording>, Error> {
+        once(&mut self.inputs, u, || recorded::inputs(path, &names(u)))
+    }
+}
+
+fn once(
+    kept: &mut Kept,
+    variables: &[Variable],
+    read: impl FnOnce() -> Result<Recording, Error>,
+) -> Result<Arc<Recording>, Error> {
+    if let Some((of, recording)) = kept
+        && of == variables
+    {
+        return Ok(recording.clone());
+    }
+    let recording = Arc::new(read()?);
+    *kept = Some((variables.to_vec(), recording.clone()));
+    Ok(recording)
+}
+
+/// The files with what an estimator is given.
+fn recordings(tracking: &Tracking, read: &mut Reader) -> Result<Recordings, Error> {
+    let system = &tracking.problem.system;
+    let variables = system.variables();
+    let refuse = |expected: String, got: String| {
+        Err(Error::Refused {
+            what: "--inputs".to_owned(),
+            expected,
+            got,
+        })
     };
-    let (y_names, u_names) = (names(&variables.y), names(&variables.u));
-    let y_refs: Vec<&str> = y_names.iter().map(String::as_str).collect();
-    let u_refs: Vec<&str> = u_names.iter().map(String::as_str).collect();
-    let y = recorded::measurements(measurements, &y_refs)?;
-    let steps = y.last();
-    let u = match (inputs, u_refs.is_empty()) {
-        (Some(path), false) => recorded::inputs(path, &u_refs, steps)?,
+    let y = read.measurements(&variables.y)?;
+    let u = match (read.files.inputs, variables.u.is_empty()) {
+        (Some(path), false) => {
+            let held = system.measures_input();
+            let u = read.inputs(path, &variables.u)?;
+            recorded::complete_inputs(&u, path, y.last(), held)?
+        }
         (None, true) => Vec::new(),
         (Some(path), true) => {
-            return Err(Error::Refused {
-                what: "--inputs".to_owned(),
-                expected: "no file, because the system has no inputs".to_owned(),
-                got: path.display().to_string(),
-            });
+            let expected = "no file, because the system has no inputs".to_owned();
+            return refuse(expected, path.display().to_string());
         }
         (None, false) => {
-            return Err(Error::Refused {
-                what: "--inputs".to_owned(),
-                expected: format!(
-                    "a file with the columns k, {}, because the system has inputs",
-                    u_refs.join(", ")
-                ),
-                got: "none".to_owned(),
-            });
+            let columns = names(&variables.u).join(", ");
+            let expected =
+                format!("a file with the columns k, {columns}, because the system has inputs");
+            return refuse(expected, "none".to_owned());
         }
     };
-    let recordings = Recordings::recorded(u, y.rows);
+    Ok(Recordings::recorded(u, y, variables.y.len()))
+}
+
+fn one(tracking: &Tracking, read: &mut Reader, out: &Path) -> Result<Tracked, Error> {
+    let recordings = recordings(tracking, read)?;
+    let steps = recordings.last();
     fs::create_dir_all(out).map_err(|e| Error::io("create", out, e))?;
     let draft = tempfile::tempdir_in(out).map_err(|e| Error::io("write into", out, e))?;
-    let output = Output::default();
-    let (mut infos, mut estimates, mut beliefs) = (Vec::new(), Vec::new(), Vec::new());
+    let name = format!("{}/{}", tracking.paper, tracking.id);
+    let endings = write(tracking, &recordings, steps, draft.path(), out)
+        .map_err(|e| e.without_draft(draft.path(), out, &name))?;
+    let metrics = tracking.metrics.iter();
+    let left_out = metrics
+        .filter(|m| needs_truth(m.name))
+        .map(|m| m.id.clone());
+    Ok(Tracked {
+        id: tracking.id.clone(),
+        out: out.to_owned(),
+        steps,
+        endings,
+        left_out: left_out.collect(),
+    })
+}
+
+/// Runs the estimators in `draft`, and moves what they give to `out`.
+fn write(
+    tracking: &Tracking,
+    recordings: &Recordings,
+    steps: usize,
+    draft: &Path,
+    out: &Path,
+) -> Result<Vec<Ending>, Error> {
+    let (mut infos, mut folders, mut endings) = (Vec::new(), Vec::new(), Vec::new());
     for (i, spec) in tracking.estimators.iter().enumerate() {
         let job = Job {
             name: format!("{}/{}", tracking.paper, tracking.id),
             spec,
             steps,
-            output: &output,
-            volumes: false,
-            extras: false,
+            output: &tracking.output,
+            volumes: volumes(&tracking.metrics),
+            extras: extras(&tracking.metrics),
             seed: None,
             admissible: true,
         };
-        let folder = draft.path().join(i.to_string());
+        let folder = draft.join(i.to_string());
         fs::create_dir_all(&folder).map_err(|e| Error::io("create", &folder, e))?;
         infos.push(describe(&job)?);
-        make(&job, &recordings, &folder, &|_| {})?;
-        estimates.push(folder.join("estimates.parquet"));
-        beliefs.push(folder.join("beliefs.parquet"));
+        endings.extend(make(&job, recordings, &folder, &|_| {})?);
+        folders.push(folder);
     }
-    let meta = metadata("track", None);
-    let place = |name: &str| (draft.path().join(name), out.join(name));
-    let (from, to) = place("estimates.parquet");
-    table::concatenate::<Estimate>(&from, &estimates, &meta)?;
-    fs::rename(&from, &to).map_err(|e| Error::io("write", &to, e))?;
-    let mut inconsistent = Vec::new();
-    table::for_each::<Estimate>(&to, |row| {
-        let place = (row.estimator.to_string(), row.k);
-        if &*row.status == "inconsistent" && inconsistent.last() != Some(&place) {
-            inconsistent.push(place);
-        }
-    })?;
-    let (from, to) = place("beliefs.parquet");
-    table::concatenate::<Belief>(&from, &beliefs, &meta)?;
-    fs::rename(&from, &to).map_err(|e| Error::io("write", &to, e))?;
-    let (from, to) = place("estimators.parquet");
-    table::write::<EstimatorInfo>(&from, infos, &meta)?;
-    fs::rename(&from, &to).map_err(|e| Error::io("write", &to, e))?;
-    Ok(Tracked {
-        id: tracking.id.clone(),
-        out: out.to_owned(),
-        steps,
-        inconsistent,
-    })
+    joined::<Estimate>(&folders, draft, out)?;
+    joined::<Belief>(&folders, draft, out)?;
+    if !tracking.output.sets.is_empty() {
+        joined::<Set>(&folders, draft, out)?;
+    }
+    let name = "estimators.parquet";
+    table::write::<EstimatorInfo>(&draft.join(name), infos, &metadata("track", None))?;
+    publish(name, draft, out)?;
+    Ok(endings)
+}
+
+/// One table of all estimators.
+fn joined<R: Row>(folders: &[PathBuf], draft: &Path, out: &Path) -> Result<(), Error> {
+    let name = format!("{}.parquet", R::TABLE);
+    let parts: Vec<PathBuf> = folders.iter().map(|folder| folder.join(&name)).collect();
+    table::concatenate::<R>(&draft.join(&name), &parts, &metadata("track", None))?;
+    publish(&name, draft, out)
+}
+
+fn publish(name: &str, draft: &Path, out: &Path) -> Result<(), Error> {
+    let to = out.join(name);
+    fs::rename(draft.join(name), &to).map_err(|e| Error::io("write", &to, e))
 }

@@ -2,7 +2,9 @@
 //! expected and what came, with the place marked in the text where there is one.
 
 use crate::Error;
-use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode, SourceSpan};
+use miette::{
+    Diagnostic, LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents,
+};
 use std::fmt;
 use std::ops::Range;
 
@@ -16,7 +18,7 @@ pub struct BadInput {
     message: String,
     help: Option<String>,
     // Boxed, because a fault is returned by value all the way up.
-    source: Option<Box<(NamedSource<String>, SourceSpan)>>,
+    source: Option<Box<Snippet>>,
 }
 
 impl BadInput {
@@ -41,20 +43,10 @@ impl BadInput {
 
     /// A fault at the bytes `span` of `text`, which is the content of `file`.
     pub fn span(file: &str, text: &str, span: Range<usize>, message: impl Into<String>) -> Self {
-        let start = text.floor_char_boundary(span.start);
-        let line = 1 + text.as_bytes()[..start]
-            .iter()
-            .filter(|&&b| b == b'\n')
-            .count();
-        // One line is marked: a whole table would hide what is wrong with it.
-        let end = text[start..]
-            .find('\n')
-            .map_or(text.len(), |at| start + at)
-            .min(text.ceil_char_boundary(span.end.max(start)));
-        let source = NamedSource::new(file, text.to_owned());
+        let snippet = Snippet::around(file, text, span);
         Self {
-            line: Some(line),
-            source: Some(Box::new((source, (start..end).into()))),
+            line: Some(1 + snippet.line),
+            source: Some(Box::new(snippet)),
             ..Self::file(file, message)
         }
     }
@@ -91,12 +83,12 @@ impl Diagnostic for BadInput {
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
         self.source
-            .as_ref()
-            .map(|marked| &marked.0 as &dyn SourceCode)
+            .as_deref()
+            .map(|snippet| snippet as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let span = self.source.as_ref()?.1;
+        let span = self.source.as_ref()?.marked;
         Some(Box::new(std::iter::once(LabeledSpan::new_with_span(
             Some("here".into()),
             span,
@@ -110,24 +102,159 @@ impl From<BadInput> for Error {
     }
 }
 
-/// The candidate most like `word`, where one is near enough to be meant: one slip of the keyboard away,
-/// or alike by Jaro and Winkler's measure.
+/// The most characters of a line that are shown around a fault.
+const MOST_WIDTH: usize = 120;
+
+/// A marked line of a file with its neighbours, each cut to what fits a screen.
+#[derive(Debug)]
+struct Snippet {
+    file: String,
+    text: String,
+    /// The bytes of `text` that are marked.
+    marked: SourceSpan,
+    /// The marked line, counted from 0.
+    line: usize,
+    /// The line with which `text` begins.
+    first: usize,
+    /// The column of the mark in its line, counted from 0.
+    column: usize,
+}
+
+impl Snippet {
+    /// Of the bytes `span` of `text`. One line is marked: a whole table would hide what is wrong with it.
+    fn around(file: &str, text: &str, span: Range<usize>) -> Self {
+        let start = text.floor_char_boundary(span.start);
+        let line = text[..start].bytes().filter(|&b| b == b'\n').count();
+        let begin = text[..start].rfind('\n').map_or(0, |at| at + 1);
+        let end = text[start..].find('\n').map_or(text.len(), |at| start + at);
+        let stop = end.min(text.ceil_char_boundary(span.end.max(start)));
+        // The marked place stands a third of the width from the left, where the line is too long.
+        let before = text[begin..start].chars().count();
+        let cut = match before + text[start..end].chars().take(MOST_WIDTH).count() > MOST_WIDTH {
+            true => before.saturating_sub(MOST_WIDTH / 3),
+            false => 0,
+        };
+        let head = text[begin..].char_indices().nth(cut);
+        let from = head.map_or(end, |(at, _)| begin + at);
+        let shown = first_characters(&text[from..end], MOST_WIDTH);
+        let mut snippet = String::new();
+        if begin > 0 {
+            let previous = text[..begin - 1].rfind('\n').map_or(0, |at| at + 1);
+            snippet += first_characters(&text[previous..begin - 1], MOST_WIDTH).trim_end();
+            snippet.push('\n');
+        }
+        let mark = snippet.len() + (start - from).min(shown.len());
+        let length = (stop - start).min(snippet.len() + shown.len() - mark);
+        snippet += shown;
+        if end < text.len() {
+            let next = text[end + 1..].lines().next().unwrap_or_default();
+            snippet.push('\n');
+            snippet += first_characters(next, MOST_WIDTH);
+        }
+        Self {
+            file: file.to_owned(),
+            text: snippet,
+            marked: (mark, length).into(),
+            line,
+            first: line - usize::from(begin > 0),
+            column: before,
+        }
+    }
+}
+
+impl SourceCode for Snippet {
+    fn read_span<'a>(
+        &'a self,
+        span: &SourceSpan,
+        lines_before: usize,
+        lines_after: usize,
+    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
+        let part = self.text.read_span(span, lines_before, lines_after)?;
+        // Without lines before, what is asked for is the place itself: the text may begin in the middle of its line.
+        let column = match lines_before {
+            0 => self.column,
+            _ => part.column(),
+        };
+        Ok(Box::new(MietteSpanContents::new_named(
+            self.file.clone(),
+            part.data(),
+            *part.span(),
+            self.first + part.line(),
+            column,
+            part.line_count(),
+        )))
+    }
+}
+
+/// At most `most` characters of `text`, from its beginning.
+fn first_characters(text: &str, most: usize) -> &str {
+    let end = text.char_indices().nth(most);
+    &text[..end.map_or(text.len(), |(at, _)| at)]
+}
+
+/// The most characters of a wrong value that a message repeats.
+const MOST_SHOWN: usize = 80;
+
+/// `text` in quotes, for "got …"; of a long one its beginning, and how long it is.
+pub fn shown(text: &str) -> String {
+    let head = first_characters(text, MOST_SHOWN);
+    format!("{head:?}{}", rest(head, text))
+}
+
+/// A key or a number as it is; of a long one the beginning, and how long it is.
+pub fn shortened(text: &str) -> String {
+    let head = first_characters(text, MOST_SHOWN);
+    format!("{head}{}", rest(head, text))
+}
+
+/// What says that `head` is not all of `text`.
+fn rest(head: &str, text: &str) -> String {
+    match head.len() == text.len() {
+        true => String::new(),
+        false => format!("... ({} characters)", text.chars().count()),
+    }
+}
+
+/// What a parser says, which may hold a value.
+pub fn brief(complaint: &str) -> String {
+    let head = first_characters(complaint, 3 * MOST_SHOWN);
+    format!(
+        "{head}{}",
+        if head.len() == complaint.len() {
+            ""
+        } else {
+            "..."
+        }
+    )
+}
+
+/// The longest word for which another is suggested.
+const LONGEST_WORD: usize = 64;
+
+/// The candidate most like `word`, where one is near enough to be meant: a few slips of the keyboard away
+/// (a letter too many, missing, wrong, or swapped with its neighbour, by Damerau and Levenshtein), or
+/// alike by Jaro and Winkler's measure.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let length = word.chars().take(LONGEST_WORD + 1).count();
+    if length > LONGEST_WORD {
+        return None;
+    }
+    let allowed = match length {
+        0..=1 => 0,
+        2..=4 => 1,
+        5..=8 => 2,
+        _ => 3,
+    };
+    let lower = word.to_lowercase();
     candidates
         .into_iter()
         .map(|candidate| {
-            let slip = word.len() > 1 && strsim::osa_distance(word, candidate) == 1;
-            (
-                strsim::jaro_winkler(word, candidate).max(if slip { 0.9 } else { 0.0 }),
-                candidate,
-            )
+            let slips = strsim::damerau_levenshtein(&lower, candidate);
+            (slips, strsim::jaro_winkler(word, candidate), candidate)
         })
-        .filter(|(likeness, _)| *likeness > 0.8)
-        .fold(None, |best: Option<(f64, &str)>, this| match best {
-            Some(best) if best.0 >= this.0 => Some(best),
-            _ => Some(this),
-        })
-        .map(|(_, candidate)| candidate)
+        .filter(|(slips, likeness, _)| *slips <= allowed || *likeness > 0.8)
+        .min_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)))
+        .map(|(_, _, candidate)| candidate)
 }
 
 /// `a, b, c`.
@@ -176,6 +303,61 @@ mod tests {
         let keys = ["generators", "constraints", "h"];
         assert_eq!(nearest("generator", keys), Some("generators"));
         assert_eq!(nearest("swa", ["square", "saw"]), Some("saw"));
+        assert_eq!(nearest("kidn", ["id", "kind"]), Some("kind"));
+        assert_eq!(nearest("td", ["dt"]), Some("dt"));
+        assert_eq!(
+            nearest("esmtiator", ["metric", "estimator"]),
+            Some("estimator")
+        );
+        assert_eq!(nearest("K", ["y1", "k"]), Some("k"));
         assert_eq!(nearest("zzz", keys), None);
+        assert_eq!(nearest("x", keys), None);
+        assert_eq!(nearest(&"generators".repeat(1000), keys), None);
+    }
+
+    #[test]
+    fn a_long_value_is_shown_by_its_beginning_and_its_length() {
+        assert_eq!(shown("a\"b"), "\"a\\\"b\"");
+        let long = "1".repeat(2_000_000);
+        let said = shown(&long);
+        assert!(
+            said.len() < 120 && said.ends_with("1\"... (2000000 characters)"),
+            "{said}"
+        );
+        assert_eq!(shown(&"é".repeat(80)), format!("{:?}", "é".repeat(80)));
+    }
+
+    #[test]
+    fn a_long_line_is_shown_around_its_fault() {
+        let text = format!(
+            "a = 1\nb = [{}oops{}]\nc = 3\n",
+            "é, ".repeat(200_000),
+            "1, ".repeat(200_000)
+        );
+        let at = text.find("oops").unwrap();
+        let fault = BadInput::span("a.toml", &text, at..at + 4, "b: expected a number");
+        assert_eq!(fault.to_string(), "a.toml:2: b: expected a number");
+        let mut drawn = String::new();
+        miette::GraphicalReportHandler::new_themed(miette::GraphicalTheme::unicode_nocolor())
+            .render_report(&mut drawn, &fault)
+            .unwrap();
+        assert!(drawn.chars().count() < 1000, "{drawn}");
+        for part in [
+            "a.toml:2:600006]",
+            "1 │ a = 1",
+            "2 │ ",
+            "oops",
+            "here",
+            "3 │ c = 3",
+        ] {
+            assert!(drawn.contains(part), "no {part:?} in\n{drawn}");
+        }
+        // The mark of a whole line ends where the line is cut.
+        let whole = BadInput::span("a.toml", &text, 6..text.len(), "b: no");
+        let mut drawn = String::new();
+        miette::GraphicalReportHandler::new()
+            .render_report(&mut drawn, &whole)
+            .unwrap();
+        assert!(drawn.chars().count() < 1500, "{drawn}");
     }
 }

@@ -129,15 +129,13 @@ pub enum Error {
         /// Why.
         source: csv::Error,
     },
-    /// An estimator or a simulation failed (an inconsistent measurement is a result, not this).
-    #[error("{experiment}, {estimator}, run {run}: {source}")]
-    Estimation {
+    /// An estimator cannot be made for its problem (one that fails in a run is a row with a status, not this).
+    #[error("{experiment}, {estimator}: {source}")]
+    Estimator {
         /// The experiment.
         experiment: String,
         /// The estimator.
         estimator: String,
-        /// The run.
-        run: usize,
         /// Why.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
@@ -211,6 +209,28 @@ impl Error {
         }
     }
 
+    /// The same error without the path of a draft, which is gone when it is read: a refusal of the system names
+    /// `folder`, in which the draft lay, and every other error `what` was being made.
+    pub fn without_draft(mut self, draft: &Path, folder: &Path, what: &str) -> Self {
+        let (path, system) = match &mut self {
+            Self::Io { path, .. } => (path, true),
+            Self::Parquet { path, .. }
+            | Self::NotANumber { path, .. }
+            | Self::Schema { path, .. }
+            | Self::Json { path, .. }
+            | Self::Trace { path, .. } => (path, false),
+            _ => return self,
+        };
+        if let Ok(inner) = path.strip_prefix(draft) {
+            let name = inner.file_name().map(PathBuf::from);
+            *path = match system {
+                true => folder.to_owned(),
+                false => Path::new(what).join(name.unwrap_or_default()),
+            };
+        }
+        self
+    }
+
     /// 2 for bad usage or bad input, 1 for everything else.
     pub fn exit_code(&self) -> i32 {
         match self {
@@ -218,5 +238,34 @@ impl Error {
             Self::Query { .. } | Self::NoLake { .. } => 2,
             _ => 1,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_in_a_draft_does_not_name_it() {
+        let (draft, lake) = (Path::new("lake/.cache/tmp/3-ab"), Path::new("lake/.cache"));
+        let full = || std::io::Error::other("no space left");
+        let told = |error: Error| {
+            error
+                .without_draft(draft, lake, "mine/a/trace/kf")
+                .to_string()
+        };
+        assert_eq!(
+            told(Error::io("write", &draft.join("a.parquet"), full())),
+            "cannot write lake/.cache: no space left"
+        );
+        let trace = Error::Trace {
+            path: draft.join("trace.mcap"),
+            message: "no steps".into(),
+        };
+        assert_eq!(told(trace), "mine/a/trace/kf/trace.mcap: no steps");
+        assert_eq!(
+            told(Error::io("open", Path::new("y.csv"), full())),
+            "cannot open y.csv: no space left"
+        );
     }
 }

@@ -69,7 +69,7 @@ table! {
         center: Option<f64>, "state", "point estimate; null if the status is not ok";
         lower: Option<f64>, "state", "lower bound of the set's interval hull; null without a set";
         upper: Option<f64>, "state", "upper bound of the set's interval hull; null without a set";
-        status: Name, "1", "ok, inconsistent (measurement contradicts the model), refused (the estimator does not go on), unbounded or failed";
+        status: Name, "1", "ok, or unbounded (a bound is infinite); in the last row of a run that ended early inconsistent (measurement contradicts the model), refused (the estimator does not go on), singular (a matrix has no inverse), overflow (a number is not finite) or failed";
     }
 }
 
@@ -216,7 +216,7 @@ table! {
         steps: i64, "1", "sets that were judged";
         lost: i64, "1", "sets that certainly do not hold the truth, or were called empty";
         empty: i64, "1", "of the lost, those that were called empty";
-        rate_hi: f64, "1", "upper Clopper-Pearson bound on the rate of lost sets at 95 %";
+        rate_hi: f64, "1", "upper Clopper-Pearson bound on the rate of lost sets at 95 %, the sets taken for independent";
         undecided: i64, "1", "sets of which it is not certain whether they hold the truth; of the intersections, empty sets not called so";
         refused: i64, "1", "runs that ended early without a set: refused, or the set reached where the model is not defined";
         guaranteed: bool, "1", "whether none may be lost";

@@ -158,7 +158,7 @@ impl Store {
         let made = found.is_none();
         let artifact = match found {
             Some(artifact) => artifact,
-            None => self.make(target.stage, &key, make)?,
+            None => self.make(target, &key, make)?,
         };
         self.remember(target, code, input)?;
         self.checked
@@ -211,19 +211,19 @@ impl Store {
 
     fn make(
         &self,
-        stage: &str,
+        target: &Target,
         key: &str,
         make: impl FnOnce(&Path) -> Result<(), Error>,
     ) -> Result<Artifact, Error> {
         let n = self.counter.fetch_add(1, Ordering::Relaxed);
         let tmp = self.root.join("tmp").join(format!("{n}-{}", &key[..16]));
         fs::create_dir_all(&tmp).map_err(|e| Error::io("create", &tmp, e))?;
-        let result = make(&tmp).and_then(|()| self.commit(stage, key, &tmp));
+        let result = make(&tmp).and_then(|()| self.commit(target.stage, key, &tmp));
         if result.is_err() {
             // Best effort: the folder is cleared at the next start anyway.
             let _ = fs::remove_dir_all(&tmp);
         }
-        result
+        result.map_err(|e| e.without_draft(&tmp, &self.root, &target.to_string()))
     }
 
     fn commit(&self, stage: &str, key: &str, tmp: &Path) -> Result<Artifact, Error> {

@@ -6,9 +6,12 @@ use std::path::Path;
 use zonobench_lake::digits::four_digits;
 use zonobench_lake::error::Error;
 use zonobench_lake::lake::{paper_table_path, read_manifest};
-use zonobench_lake::rows::{Comparison, TimingComparison};
+use zonobench_lake::rows::TimingComparison;
 use zonobench_lake::table;
-use zonobench_verdicts::verdict;
+use zonobench_verdicts::compare::interval;
+use zonobench_verdicts::judged::{self, Judged, Subject, Tally};
+use zonobench_verdicts::papers;
+use zonobench_verdicts::verdict::Verdict;
 
 /// How the tables are printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -40,8 +43,14 @@ pub fn papers(lake: &Path) -> Result<Vec<String>, Error> {
 }
 
 /// All comparisons of a paper, in the order of its published numbers.
-pub fn comparisons(lake: &Path, paper: &str) -> Result<Vec<Comparison>, Error> {
-    table::read(&lake.join(paper_table_path("comparison", paper)))
+pub fn comparisons(lake: &Path, paper: &str) -> Result<Vec<Judged>, Error> {
+    let paper = papers::load(&[paper.to_owned()])?;
+    let read = |paper| judged::read(lake, paper);
+    Ok(paper
+        .iter()
+        .map(read)
+        .collect::<Result<Vec<_>, _>>()?
+        .concat())
 }
 
 /// The timing comparisons of a paper, if any were made.
@@ -54,129 +63,125 @@ pub fn timing_comparisons(lake: &Path, paper: &str) -> Result<Vec<TimingComparis
     }
 }
 
-/// How many cells have which verdict, by paper and table: (paper, table, verdict, cells).
-pub fn matrix(lake: &Path) -> Result<Vec<(String, String, String, usize)>, Error> {
-    let (mut of_paper, mut of_table, mut verdict) = (Vec::new(), Vec::new(), Vec::new());
+/// What the cells of all papers came to: numbers, parameters and claims apart.
+pub fn tallies(lake: &Path) -> Result<Vec<Tally>, Error> {
+    let mut all = Vec::new();
     for paper in papers(lake)? {
-        for c in comparisons(lake, &paper)? {
-            if verdict::is_as_written(&c) {
-                of_paper.push(paper.clone());
-                of_table.push(c.table.to_string());
-                verdict.push(c.verdict.to_string());
-            }
-        }
+        all.extend(comparisons(lake, &paper)?);
     }
-    count(&of_paper, &of_table, &verdict).map_err(|e| Error::Query {
-        message: e.to_string(),
-        tables: "comparison".to_owned(),
-    })
+    Ok(judged::tallies(all.iter()))
 }
 
-/// How often each triple comes, in the order in which they come first.
-fn count(
-    of_paper: &[String],
-    of_table: &[String],
-    verdict: &[String],
-) -> PolarsResult<Vec<(String, String, String, usize)>> {
-    let keys = ["paper", "table", "verdict"];
-    let columns = keys
+/// How often each triple of paper, table and column comes, in the order in which they come first.
+fn count(keys: [Vec<String>; 3]) -> PolarsResult<Vec<([String; 3], usize)>> {
+    let names = ["paper", "table", "column"];
+    let height = keys[0].len();
+    let columns = names
         .into_iter()
-        .zip([of_paper, of_table, verdict])
-        .map(|(name, texts)| Column::new(name.into(), texts));
-    let frame = DataFrame::new(of_paper.len(), columns.collect())?;
+        .zip(&keys)
+        .map(|(name, texts)| Column::new(name.into(), texts.as_slice()));
+    let frame = DataFrame::new(height, columns.collect())?;
     if frame.height() == 0 {
         return Ok(Vec::new());
     }
-    let groups = frame.group_by_stable(keys)?;
-    let names = groups.keys();
+    let groups = frame.group_by_stable(names)?;
+    let of_group = groups.keys();
     let text = |column: usize, row: usize| -> PolarsResult<String> {
-        Ok(names[column].str()?.get(row).unwrap_or_default().to_owned())
+        Ok(of_group[column]
+            .str()?
+            .get(row)
+            .unwrap_or_default()
+            .to_owned())
     };
     let sizes = groups.get_groups().iter().map(|group| group.len());
     sizes
         .enumerate()
-        .map(|(row, n)| Ok((text(0, row)?, text(1, row)?, text(2, row)?, n)))
+        .map(|(row, n)| Ok(([text(0, row)?, text(1, row)?, text(2, row)?], n)))
         .collect()
 }
 
-/// The verdicts that a reader should look at first.
-pub fn is_finding(verdict: &str) -> bool {
-    matches!(
-        verdict,
-        "differs" | "does_not_hold" | "not_reproducible" | "error"
-    )
-}
-
-/// The matrix of verdicts as text: a line a table, a column a verdict, and a line of each paper's sums.
+/// The matrix of verdicts as text: a line a table, a column a verdict of numbers, of parameters and of claims, and a line
+/// of each paper's counts.
 pub fn matrix_text(lake: &Path) -> Result<String, Error> {
-    let counted = matrix(lake)?;
-    let mut verdicts: Vec<&str> = counted.iter().map(|(_, _, v, _)| v.as_str()).collect();
-    verdicts.sort_by_key(|v| (verdict::rank(v), *v));
-    verdicts.dedup();
-    let mut lines: Vec<(&str, &str)> = Vec::new();
-    for (paper, table, _, _) in &counted {
-        if !lines.iter().any(|(p, _)| p == paper) {
-            lines.push((paper, ""));
-        }
-        if !lines.contains(&(paper, table)) {
-            lines.push((paper, table));
+    let label =
+        |(subject, verdict): (Subject, Verdict)| format!("{}: {}", subject.name(), marked(verdict));
+    let (mut all, mut lines, mut keys) =
+        (Vec::new(), Vec::new(), [Vec::new(), Vec::new(), Vec::new()]);
+    for paper in papers(lake)? {
+        lines.push((paper.clone(), None));
+        for c in comparisons(lake, &paper)? {
+            let line = (paper.clone(), Some(c.table.to_string()));
+            if !lines.contains(&line) {
+                lines.push(line);
+            }
+            if c.is_as_written() {
+                let key = [
+                    paper.clone(),
+                    c.table.to_string(),
+                    label((c.subject, c.verdict)),
+                ];
+                keys.iter_mut()
+                    .zip(key)
+                    .for_each(|(column, text)| column.push(text));
+            }
+            all.push(c);
         }
     }
+    let counted = count(keys).map_err(|e| Error::Query {
+        message: e.to_string(),
+        tables: "comparison".to_owned(),
+    })?;
+    let columns: Vec<String> = judged::columns(all.iter()).into_iter().map(label).collect();
     let rows = lines.iter().map(|(paper, table)| {
-        let of = |wanted: Option<&str>| -> usize {
-            counted
-                .iter()
-                .filter(|(p, t, v, _)| {
-                    p == paper && (table.is_empty() || t == table) && wanted.is_none_or(|w| w == v)
-                })
-                .map(|(_, _, _, n)| n)
-                .sum()
+        let of = |column: &String| {
+            let here = |([p, t, c], _): &&([String; 3], usize)| {
+                p == paper && table.as_ref().is_none_or(|table| table == t) && c == column
+            };
+            match counted.iter().filter(here).map(|(_, n)| n).sum() {
+                0 => "·".to_owned(),
+                n => usize::to_string(&n),
+            }
         };
-        let name = if table.is_empty() {
-            (*paper).to_owned()
-        } else {
-            format!("  {table}")
-        };
-        let each = verdicts.iter().map(|v| match of(Some(v)) {
-            0 => "·".to_owned(),
-            n => n.to_string(),
-        });
-        [name, of(None).to_string()]
-            .into_iter()
-            .chain(each)
+        let name = table
+            .as_ref()
+            .map_or_else(|| paper.clone(), |table| format!("  {table}"));
+        std::iter::once(name)
+            .chain(columns.iter().map(of))
             .collect()
     });
-    let header: Vec<String> = ["paper, table", "cells"]
-        .map(str::to_owned)
-        .into_iter()
-        .chain(verdicts.iter().map(|v| marked(v)))
+    let header: Vec<String> = std::iter::once("paper, table".to_owned())
+        .chain(columns.iter().cloned())
         .collect();
     Ok(query::aligned(&header, rows))
 }
 
-fn marked(name: &str) -> String {
-    format!("{} {name}", verdict::mark(name))
-        .trim_start()
-        .to_owned()
+/// Mark and name.
+fn marked(verdict: Verdict) -> String {
+    format!("{} {verdict}", verdict.mark())
 }
 
 /// The width that reasons are wrapped to.
 const WIDTH: usize = 110;
 
 /// A table for reading: verdicts counted, a cell's other readings below it, the reasons as numbered notes.
-fn readable(paper: &str, title: &str, rows: &[&Comparison]) -> String {
-    let counts: Vec<String> = verdict::counts(rows.iter().copied())
+fn readable(paper: &str, title: &str, rows: &[&Judged]) -> String {
+    let counts: Vec<String> = judged::counts_by_subject(rows.iter().copied())
         .iter()
-        .map(|(name, n)| format!("{n} {}", marked(name)))
+        .map(|(subject, counts)| {
+            let each: Vec<String> = (counts.iter())
+                .map(|(verdict, n)| format!("{n} {}", marked(*verdict)))
+                .collect();
+            format!("{}: {}", subject.name(), each.join(", "))
+        })
         .collect();
-    let mut out = format!("\n{paper}: {title}   {}\n\n", counts.join(", "));
+    let mut out = format!("\n{paper}: {title}   {}\n\n", counts.join("; "));
     let mut notes: Vec<&str> = Vec::new();
     let mut last = "";
     let levels = |label: &str| label.replace('|', " · ");
     let mut lines = Vec::new();
     for c in rows {
         let mut line = cells(c).split_off(1);
-        if verdict::is_as_written(c) {
+        if c.is_as_written() {
             line[0] = if last == &*c.row {
                 String::new()
             } else {
@@ -190,8 +195,8 @@ fn readable(paper: &str, title: &str, rows: &[&Comparison]) -> String {
         }
         line.remove(2);
         if let Some(shown) = line.last_mut() {
-            *shown = marked(&c.verdict);
-            if is_finding(&c.verdict) && !c.reason.is_empty() {
+            *shown = marked(c.verdict);
+            if (c.verdict.is_finding() || !c.verdict.is_success()) && !c.reason.is_empty() {
                 let found = notes.iter().position(|note| *note == &*c.reason);
                 let number = found.unwrap_or_else(|| {
                     notes.push(&c.reason);
@@ -249,11 +254,7 @@ const HEADER: [&str; 8] = [
     "verdict",
 ];
 
-fn cells(c: &Comparison) -> Vec<String> {
-    let interval = match (c.interval_lo, c.interval_hi) {
-        (Some(lo), Some(hi)) => format!("[{}, {}]", four_digits(lo), four_digits(hi)),
-        _ => String::new(),
-    };
+fn cells(c: &Judged) -> Vec<String> {
     vec![
         c.table.to_string(),
         c.row.to_string(),
@@ -261,7 +262,8 @@ fn cells(c: &Comparison) -> Vec<String> {
         c.reading.to_string(),
         c.published.to_string(),
         c.reproduced.map(four_digits).unwrap_or_default(),
-        interval,
+        c.interval
+            .map_or_else(String::new, |(lo, hi)| interval(lo, hi)),
         c.verdict.to_string(),
     ]
 }
@@ -322,7 +324,7 @@ pub fn render(
             .iter()
             .filter(|t| wanted.is_none_or(|w| w.eq_ignore_ascii_case(t)))
         {
-            let rows: Vec<&Comparison> = all.iter().filter(|c| *c.table == **title).collect();
+            let rows: Vec<&Judged> = all.iter().filter(|c| *c.table == **title).collect();
             match format {
                 Format::Csv => {
                     for c in rows {
@@ -356,7 +358,7 @@ pub fn render(
     Ok(out)
 }
 
-fn latex(paper: &str, title: &str, rows: &[&Comparison]) -> String {
+fn latex(paper: &str, title: &str, rows: &[&Judged]) -> String {
     let mut out = format!("% {paper}: {title}\n\\begin{{tabular}}{{lllrrll}}\n");
     out += &HEADER[1..]
         .iter()
@@ -394,6 +396,8 @@ fn tex(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use zonobench_verdicts::judged::Subject;
+    use zonobench_verdicts::published::Reading;
 
     #[test]
     fn notes_are_wrapped_below_where_they_begin() {
@@ -409,22 +413,25 @@ mod tests {
 
     #[test]
     fn a_cell_s_readings_stand_below_it_and_reasons_once() {
-        let cell = |reading: &str, verdict: &str| Comparison {
+        let cell = |reading: &str| Judged {
             table: "Table I".into(),
             row: "a|b".into(),
             column: "c".into(),
-            reading: reading.into(),
+            reading: Reading::of(reading),
             published: "1.0".into(),
             reproduced: Some(2.0),
-            interval_lo: None,
-            interval_hi: None,
-            rel_diff: None,
-            verdict: verdict.into(),
+            interval: None,
+            verdict: Verdict::Differs,
             reason: "twice as much".into(),
+            subject: Subject::Number,
+            asked: None,
         };
-        let (written, other) = (cell("as-written", "differs"), cell("other", "differs"));
+        let (written, other) = (cell("as-written"), cell("other"));
         let text = readable("p", "Table I", &[&written, &other]);
-        assert!(text.contains("p: Table I   1 ✗ differs\n"), "{text}");
+        assert!(
+            text.contains("p: Table I   numbers: 1 ✗ differs\n"),
+            "{text}"
+        );
         assert!(text.contains(" a · b  c "), "{text}");
         assert!(text.contains("↳ other"), "{text}");
         assert_eq!(text.matches("✗ differs [1]").count(), 2, "{text}");

@@ -4,7 +4,7 @@ use crate::markdown::{code, escaped, heading, table};
 use crate::svg::{Axis, Colour, Figure, Marker, Panel, Series};
 use std::collections::BTreeMap;
 use zonobench_lake::rows::Complexity;
-use zonobench_verdicts::verdict;
+use zonobench_verdicts::verdict::Verdict;
 
 /// The file of the picture of one claim.
 fn file_name(claim: &str) -> String {
@@ -35,7 +35,8 @@ pub fn section(paper: &str, rows: &[Complexity]) -> (String, Vec<(String, String
         };
         statements.push(vec![
             escaped(claim),
-            verdict::shown(&statement.verdict),
+            Verdict::parse(&statement.verdict)
+                .map_or_else(|_| escaped(&statement.verdict), Verdict::shown),
             escaped(&statement.reason),
         ]);
         // The engine's own counts share a picture with the reading under the paper's prices.

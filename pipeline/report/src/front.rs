@@ -6,8 +6,8 @@ use crate::model::{self, TableFindings};
 use crate::page::{interval, label, smoke_run};
 use crate::source::Held;
 use zonobench_lake::digits::four_digits;
-use zonobench_lake::rows::Comparison;
-use zonobench_verdicts::verdict::{self, is_as_written};
+use zonobench_verdicts::judged::{self, Judged};
+use zonobench_verdicts::verdict::Verdict;
 
 /// The front page.
 pub fn page(papers: &[&Held]) -> String {
@@ -47,39 +47,33 @@ pub fn page(papers: &[&Held]) -> String {
 }
 
 fn introduction(papers: &[&Held], quick: bool) -> String {
-    let cells = || {
-        papers
-            .iter()
-            .flat_map(|p| &p.comparisons)
-            .filter(|c| is_as_written(c))
-    };
+    let one = papers.len() == 1;
     let mut out = format!(
-        "What {} paper{} on state estimation print{}, set beside what comes out when {} run as {} written: {} printed numbers \
-         and claims",
+        "What {} paper{} on state estimation print{}, set beside what comes out when {} run as {} written",
         papers.len(),
-        if papers.len() == 1 { "" } else { "s" },
-        if papers.len() == 1 { "s" } else { "" },
-        if papers.len() == 1 {
-            "it is"
-        } else {
-            "they are"
-        },
-        if papers.len() == 1 {
-            "it is"
-        } else {
-            "they are"
-        },
-        cells().count()
+        if one { "" } else { "s" },
+        if one { "s" } else { "" },
+        if one { "it is" } else { "they are" },
+        if one { "it is" } else { "they are" },
     );
     if quick {
         return out + ".\n\n";
     }
-    let parts: Vec<String> = model::tallies(papers)
-        .into_iter()
-        .map(|(n, what, _)| format!("**{n}** {what}"))
-        .collect();
-    out += &format!(". Of these {}. ", parts.join(", "));
-    out += "[Every finding](#findings) has its reason and a command that shows it.\n\n";
+    out += ". Numbers that were computed, parameters that were copied from the paper and claims in words are counted apart:\n\n";
+    for tally in model::tallies(papers) {
+        out += &format!(
+            "- {}\n",
+            tally.sentence(|part| format!("**{}** {}", part.n, part.what))
+        );
+    }
+    let times: usize = papers.iter().map(|p| p.times()).sum();
+    if times > 0 {
+        out += &format!(
+            "- {times} printed times and statements about times, which depend on the machine and are compared apart: `zonobench query \
+             \"SELECT * FROM timing_comparison\"`\n"
+        );
+    }
+    out += "\n[Every finding](#findings) has its reason and a command that shows it.\n\n";
     let pages: Vec<String> = papers
         .iter()
         .map(|p| {
@@ -103,32 +97,20 @@ fn rerun() -> String {
            In a clone `cargo zonobench …` is the same as `zonobench …`.\n\n"
 }
 
-/// Tables by verdicts.
+/// Tables by verdicts, numbers, parameters and claims apart.
 fn matrix(papers: &[&Held]) -> String {
-    let all = verdict::counts(papers.iter().flat_map(|p| &p.comparisons));
-    let verdicts: Vec<String> = all.into_iter().map(|(name, _)| name).collect();
-    let counts = |cells: &[&Comparison]| {
-        let counts = verdict::counts(cells.iter().copied());
-        let n = |name: &String| {
-            counts
-                .iter()
-                .find(|(v, _)| v == name)
-                .map_or(0, |(_, n)| *n)
+    let columns = judged::columns(papers.iter().flat_map(|p| &p.comparisons));
+    let counts = |cells: &[&Judged]| -> Vec<String> {
+        let of = |column| match judged::in_column(cells.iter().copied(), column) {
+            0 => String::new(),
+            n => n.to_string(),
         };
-        let sum: usize = counts.iter().map(|(_, n)| n).sum();
-        let each = verdicts
-            .iter()
-            .map(n)
-            .map(|n| if n == 0 { String::new() } else { n.to_string() });
-        [sum.to_string()]
-            .into_iter()
-            .chain(each)
-            .collect::<Vec<String>>()
+        columns.iter().map(|column| of(*column)).collect()
     };
     let mut rows = Vec::new();
     for paper in papers {
         let page = format!("{}/README.md", paper.name);
-        let all: Vec<&Comparison> = paper.comparisons.iter().collect();
+        let all: Vec<&Judged> = paper.comparisons.iter().collect();
         let name = escaped(&paper.name);
         let mut row = vec![format!("**[{name}]({page})**"), "**all**".to_owned()];
         row.extend(
@@ -138,8 +120,7 @@ fn matrix(papers: &[&Held]) -> String {
         );
         rows.push(row);
         for title in paper.tables() {
-            let cells: Vec<&Comparison> =
-                all.iter().copied().filter(|c| &*c.table == title).collect();
+            let cells: Vec<&Judged> = all.iter().copied().filter(|c| &*c.table == title).collect();
             let mut row = vec![
                 name.clone(),
                 format!("[{}]({page}#{})", unbroken(title), anchor(title)),
@@ -148,12 +129,14 @@ fn matrix(papers: &[&Held]) -> String {
             rows.push(row);
         }
     }
-    let mut header = vec!["paper".to_owned(), "table".to_owned(), "cells".to_owned()];
+    let mut header = vec!["paper".to_owned(), "table".to_owned()];
     // Spaces let the narrow columns break their names.
-    header.extend(verdicts.iter().map(|v| verdict::shown(v).replace('_', " ")));
+    header.extend(columns.iter().map(|(subject, verdict)| {
+        format!("{}: {}", subject.name(), verdict.shown()).replace('_', " ")
+    }));
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
     heading(2, "Verdicts", "Verdicts at a glance")
-        + "Cells of each table by verdict, the paper as written ([what they mean](#legend)).\n\n"
+        + "Numbers, parameters and claims of each table by verdict, the paper as written ([what they mean](#legend)).\n\n"
         + &table(&header, &rows)
         + "\n"
 }
@@ -192,8 +175,9 @@ fn missing(papers: &[&Held]) -> String {
 /// What differs, does not hold, or could not be decided, paper by paper and table by table.
 fn findings(papers: &[&Held]) -> String {
     let mut out = heading(2, "Findings", "Findings");
-    out += "Every printed number or claim that does not come out as written: what is printed, what was measured, why, and \
-            the command that shows it.\n\n";
+    out += "Every number and every claim, theorems among them, that does not come out as written or could not be decided: what is \
+            printed, what was measured, why, and the command that shows it. `zonobench dossier PAPER` has those of one paper, \
+            with what would change each.\n\n";
     for paper in papers {
         out += &format!("### {}\n\n", escaped(&paper.name));
         let found = model::findings(paper);
@@ -227,8 +211,8 @@ fn of_table(paper: &Held, table: &TableFindings) -> String {
                 out += &format!(" {interval}");
             }
         }
-        out += &format!(": {}. {}", verdict::shown(&c.verdict), escaped(&c.reason));
-        if let Some((asked, words)) = finding.asked {
+        out += &format!(": {}. {}", c.verdict.shown(), escaped(&c.reason));
+        if let Some((asked, words)) = &finding.asked {
             out += &format!("  \n  Asked for {}: {}", code(asked), escaped(words));
         }
         out.push('\n');
@@ -237,7 +221,7 @@ fn of_table(paper: &Held, table: &TableFindings) -> String {
         let claims: Vec<String> = same.iter().map(|c| format!("  - {}\n", claim(c))).collect();
         out += &format!(
             "- {}: {}\n{}",
-            verdict::shown("not_reproducible"),
+            Verdict::NotReproducible.shown(),
             escaped(reason),
             claims.concat()
         );
@@ -245,7 +229,7 @@ fn of_table(paper: &Held, table: &TableFindings) -> String {
     out + "\n"
 }
 
-fn claim(c: &Comparison) -> String {
+fn claim(c: &Judged) -> String {
     let column = if c.column.is_empty() {
         String::new()
     } else {
@@ -267,8 +251,8 @@ fn turned(paper: &Held) -> String {
                 "- {} ({}): holds as written, and {} *{}*: {}. {}\n",
                 claim(c),
                 escaped(&c.table),
-                verdict::shown(&c.verdict),
-                escaped(&c.reading),
+                c.verdict.shown(),
+                escaped(c.reading.name()),
                 c.reproduced.map(four_digits).unwrap_or_default(),
                 escaped(&c.reason)
             )
@@ -313,9 +297,10 @@ fn own_experiments(own: &[&Held]) -> String {
 
 /// The verdicts and their meanings as a table.
 fn legend() -> String {
-    let rows: Vec<Vec<String>> = verdict::ALL
+    let rows: Vec<Vec<String>> = Verdict::ALL
         .iter()
-        .map(|v| vec![verdict::shown(v.name), v.meaning.to_owned()])
+        .filter(|v| v.is_of_a_cell())
+        .map(|v| vec![v.shown(), v.meaning().to_owned()])
         .collect();
     table(&["verdict", "meaning"], &rows)
 }

@@ -14,6 +14,7 @@
 mod about;
 mod campaign;
 mod complexity;
+mod dossier;
 mod front;
 mod html;
 mod markdown;
@@ -27,6 +28,8 @@ mod timings;
 
 #[cfg(test)]
 mod tests;
+
+pub use dossier::dossier;
 
 use about::Figure;
 use peers::PeerRow;

@@ -4,17 +4,16 @@
 use crate::about;
 use crate::source::Held;
 use std::collections::BTreeSet;
-use zonobench_lake::rows::Comparison;
-use zonobench_query::tables::is_finding;
+use zonobench_verdicts::judged::{self, Judged, Subject, Tally};
 use zonobench_verdicts::published::Cell;
-use zonobench_verdicts::verdict::{self, is_as_written};
+use zonobench_verdicts::verdict::Verdict;
 
 /// A printed number or claim that does not come out as written.
 pub struct Finding<'a> {
     /// The cell
-    pub cell: &'a Comparison,
+    pub cell: &'a Judged,
     /// What must be measured for a claim to hold, and the words that say so
-    pub asked: Option<(&'a str, &'a str)>,
+    pub asked: Option<(String, &'a str)>,
 }
 
 /// The findings of one table.
@@ -24,22 +23,22 @@ pub struct TableFindings<'a> {
     /// What differs or does not hold
     pub decided: Vec<Finding<'a>>,
     /// What could not be decided, by its reason: cells that share one are one finding
-    pub undecided: Vec<(&'a str, Vec<&'a Comparison>)>,
+    pub undecided: Vec<(&'a str, Vec<&'a Judged>)>,
 }
 
 /// What differs, does not hold, or could not be decided, table by table.
 pub fn findings(paper: &Held) -> Vec<TableFindings<'_>> {
-    let found = |title: &str| -> Vec<&Comparison> {
+    let found = |title: &str| -> Vec<&Judged> {
         let cells = paper.comparisons.iter();
         cells
-            .filter(|c| is_as_written(c) && is_finding(&c.verdict) && *c.table == *title)
+            .filter(|c| c.is_as_written() && c.verdict.is_finding() && *c.table == *title)
             .collect()
     };
     let of_table = |title| {
-        let (undecided, decided): (Vec<&Comparison>, Vec<&Comparison>) = found(title)
+        let (undecided, decided): (Vec<&Judged>, Vec<&Judged>) = found(title)
             .into_iter()
-            .partition(|c| &*c.verdict == "not_reproducible");
-        let mut by_reason: Vec<(&str, Vec<&Comparison>)> = Vec::new();
+            .partition(|c| c.verdict == Verdict::NotReproducible);
+        let mut by_reason: Vec<(&str, Vec<&Judged>)> = Vec::new();
         for c in undecided {
             match by_reason
                 .iter_mut()
@@ -51,7 +50,7 @@ pub fn findings(paper: &Held) -> Vec<TableFindings<'_>> {
         }
         let decided = decided.into_iter().map(|cell| Finding {
             cell,
-            asked: asked_for(paper, cell),
+            asked: (cell.asked.as_ref()).map(|(asked, words)| (asked.to_string(), words.as_str())),
         });
         TableFindings {
             title,
@@ -65,67 +64,27 @@ pub fn findings(paper: &Held) -> Vec<TableFindings<'_>> {
         .collect()
 }
 
-fn asked_for<'a>(paper: &'a Held, c: &Comparison) -> Option<(&'a str, &'a str)> {
-    let published = &paper.paper.as_ref()?.published;
-    let cell = published
-        .iter()
-        .find(|p| *p.table == *c.table && *p.row == *c.row && *p.column == *c.column)?;
-    (cell.kind == "claim" && !cell.tolerance.is_empty()).then_some((&cell.tolerance, &cell.reason))
-}
-
 /// Claims that come out as written and turn under another reading: the cells of that reading.
-pub fn turned(paper: &Held) -> Vec<&Comparison> {
-    let same = |a: &Comparison, b: &Comparison| {
-        a.table == b.table && a.row == b.row && a.column == b.column
-    };
+pub fn turned(paper: &Held) -> Vec<&Judged> {
     paper
         .comparisons
         .iter()
-        .filter(|c| !is_as_written(c) && matches!(&*c.verdict, "differs" | "does_not_hold"))
+        .filter(|c| {
+            !c.is_as_written() && matches!(c.verdict, Verdict::Differs | Verdict::DoesNotHold)
+        })
         .filter(|c| {
             let mut written = paper
                 .comparisons
                 .iter()
-                .filter(|w| is_as_written(w) && same(w, c));
-            written.any(|w| verdict::is_reproduced(&w.verdict))
+                .filter(|w| w.is_as_written() && w.is_same_cell(c));
+            written.any(|w| w.verdict.is_success())
         })
         .collect()
 }
 
-/// How many cells came out how, as written: (cells, what they do, the verdict that it is coloured by); what no
-/// cell does is left out.
-pub fn tallies(papers: &[&Held]) -> Vec<(usize, &'static str, &'static str)> {
-    let count = |of: &dyn Fn(&str) -> bool| {
-        let all = papers.iter().flat_map(|p| &p.comparisons);
-        all.filter(|c| is_as_written(c) && of(&c.verdict)).count()
-    };
-    [
-        (count(&verdict::is_reproduced), "are reproduced", "exact"),
-        (count(&|v| v == "differs"), "differ", "differs"),
-        (
-            count(&|v| v == "does_not_hold"),
-            "are claims that do not hold",
-            "does_not_hold",
-        ),
-        (
-            count(&|v| v == "not_reproducible"),
-            "could not be decided",
-            "not_reproducible",
-        ),
-        (
-            count(&|v| v == "lost_in_source"),
-            "are lost in the text that we have",
-            "lost_in_source",
-        ),
-        (
-            count(&|v| v == "error"),
-            "are in error, by a fault of ours",
-            "error",
-        ),
-    ]
-    .into_iter()
-    .filter(|(n, _, _)| *n > 0)
-    .collect()
+/// What the cells of the papers came to: numbers, parameters and claims apart.
+pub fn tallies(papers: &[&Held]) -> Vec<Tally> {
+    judged::tallies(papers.iter().flat_map(|p| &p.comparisons))
 }
 
 /// Papers of the bibliography that `papers` does not have, as their folders: those with experiments in this
@@ -145,11 +104,11 @@ pub fn absent(papers: &[&Held]) -> [Vec<&'static str>; 2] {
     })
 }
 
-/// The rows of a table all of whose cells are exact, as written: parameters, which need no attention.
-pub fn exact_rows(cells: &[&Comparison]) -> BTreeSet<String> {
+/// The rows of a table all of whose cells are parameters that agree, as written: they need no attention.
+pub fn exact_rows(cells: &[&Judged]) -> BTreeSet<String> {
     let mut rows: BTreeSet<String> = cells.iter().map(|c| c.row.to_string()).collect();
     for c in cells {
-        if &*c.verdict != "exact" || !is_as_written(c) {
+        if c.subject != Subject::Parameter || !c.verdict.is_success() || !c.is_as_written() {
             rows.remove(&*c.row);
         }
     }
@@ -171,13 +130,13 @@ pub struct GridRow<'a> {
     /// The reading
     pub reading: &'a str,
     /// A cell a column, None where there is none
-    pub cells: Vec<Option<&'a Comparison>>,
+    pub cells: Vec<Option<&'a Judged>>,
 }
 
 /// The paper's own layout of a table, as written and under every reading that there is of most of its cells;
 /// None for what is no such table.
-pub fn grid<'a>(name: &str, cells: &[&'a Comparison]) -> Option<Grid<'a>> {
-    let labels = |of: fn(&Comparison) -> &str| {
+pub fn grid<'a>(name: &str, cells: &[&'a Judged]) -> Option<Grid<'a>> {
+    let labels = |of: fn(&Judged) -> &str| {
         let mut labels: Vec<&'a str> = Vec::new();
         for label in cells.iter().map(|c| of(c)) {
             if !labels.contains(&label) {
@@ -189,7 +148,7 @@ pub fn grid<'a>(name: &str, cells: &[&'a Comparison]) -> Option<Grid<'a>> {
     let (rows, columns) = (labels(|c| &c.row), labels(|c| &c.column));
     let numbers = cells
         .iter()
-        .filter(|c| is_as_written(c) && c.reproduced.is_some())
+        .filter(|c| c.is_as_written() && c.reproduced.is_some())
         .count();
     let whole = rows.len() * columns.len();
     if !name.starts_with("Table") || rows.len() < 2 || columns.len() < 2 || 2 * numbers <= whole {
@@ -197,8 +156,8 @@ pub fn grid<'a>(name: &str, cells: &[&'a Comparison]) -> Option<Grid<'a>> {
     }
     let mut lines = Vec::new();
     for row in rows {
-        for reading in labels(|c| &c.reading) {
-            let of = |c: &&&'a Comparison| &*c.reading == reading;
+        for reading in labels(|c| c.reading.name()) {
+            let of = |c: &&&'a Judged| c.reading.name() == reading;
             if 2 * cells.iter().filter(of).count() <= whole {
                 continue;
             }
@@ -222,7 +181,7 @@ pub fn grid<'a>(name: &str, cells: &[&'a Comparison]) -> Option<Grid<'a>> {
 }
 
 /// The unit of a printed number; empty for a bare number.
-pub fn unit<'a>(held: &'a Held, c: &Comparison) -> &'a str {
+pub fn unit<'a>(held: &'a Held, c: &Judged) -> &'a str {
     let found = held
         .published
         .iter()
@@ -231,12 +190,9 @@ pub fn unit<'a>(held: &'a Held, c: &Comparison) -> &'a str {
 }
 
 /// Where a cell is reproduced, as `cells.csv` says.
-pub fn mapped<'a>(held: &'a Held, c: &Comparison) -> Option<&'a Cell> {
+pub fn mapped<'a>(held: &'a Held, c: &Judged) -> Option<&'a Cell> {
     let cells = &held.paper.as_ref()?.cells;
     cells.iter().find(|m| {
-        *m.table == *c.table
-            && *m.row == *c.row
-            && *m.column == *c.column
-            && *m.reading == *c.reading
+        *m.table == *c.table && *m.row == *c.row && *m.column == *c.column && m.reading == c.reading
     })
 }

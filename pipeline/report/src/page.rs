@@ -12,10 +12,11 @@ use std::collections::BTreeSet;
 use zonobench_lab::experiment::Experiment;
 use zonobench_lake::digits::four_digits;
 use zonobench_lake::error::Error;
-use zonobench_lake::rows::{Claim, Comparison, Published, Score};
+use zonobench_lake::rows::{Claim, Published, Score};
+use zonobench_verdicts::judged::{self, Judged};
 use zonobench_verdicts::papers::Paper;
-use zonobench_verdicts::published::Cell;
-use zonobench_verdicts::verdict;
+use zonobench_verdicts::published::{Cell, Comparand, Time};
+use zonobench_verdicts::verdict::Verdict;
 
 /// The page and the figures of `held`: (file name, text).
 pub fn of(
@@ -90,42 +91,72 @@ fn title(held: &Held) -> String {
 
 const CLAIMS: &str = "Theorems, propositions, remarks";
 
-/// The numbered claims that do not hold as printed, and how many do.
+/// The ledger: what holds, what does not with its counterexample, and apart from both the remarks of ours.
 fn claims(held: &Held) -> String {
     if held.claims.is_empty() {
         return String::new();
     }
+    let of = |claim: &Claim| Verdict::parse(&claim.verdict);
+    let (remarks, own): (Vec<&Claim>, Vec<&Claim>) =
+        (held.claims.iter()).partition(|c| of(c) == Ok(Verdict::Remark));
     let (holding, failing): (Vec<&Claim>, Vec<&Claim>) =
-        held.claims.iter().partition(|c| &*c.verdict == "holds");
+        (own.iter()).partition(|c| of(c) == Ok(Verdict::Holds));
     let mut out = heading(2, CLAIMS, CLAIMS);
-    let names: Vec<String> = holding.iter().map(|c| escaped(&c.claim)).collect();
     out += &format!(
-        "The numbered claims, tried in exact rational arithmetic (`zonobench claims {}`). {} of {} hold in every trial: {}.\n\n",
+        "What the paper states, tried in exact rational arithmetic (`zonobench claims {}`): {} statements, each with a row in \
+         the tables above.",
         held.name,
-        holding.len(),
-        held.claims.len(),
-        names.join(", ")
+        own.len(),
     );
-    for c in failing {
+    if !holding.is_empty() {
+        let names: Vec<String> = holding.iter().map(|c| escaped(&c.claim)).collect();
         out += &format!(
-            "- **{}**, {} ({} of {} trials lost): \"{}\".",
-            escaped(&c.claim),
-            verdict::shown(&c.verdict),
-            c.lost,
-            c.trials,
-            escaped(&c.statement)
+            " In every trial {} hold{}: {}. That is no proof.",
+            holding.len(),
+            if holding.len() == 1 { "s" } else { "" },
+            names.join(", ")
         );
-        for (label, part) in [
-            ("Counterexample", &c.counterexample),
-            ("Consequence", &c.consequence),
-        ] {
-            if !part.is_empty() {
-                out += &format!(" {label}: {}.", escaped(part));
-            }
+    }
+    out += "\n\n";
+    for c in failing {
+        let verdict = of(c).map_or_else(|_| escaped(&c.verdict), Verdict::shown);
+        out += &format!(
+            "- **{}**, {verdict}: \"{}\".{}\n",
+            escaped(&c.claim),
+            escaped(&c.statement),
+            evidence(c)
+        );
+    }
+    out.push('\n');
+    if !remarks.is_empty() {
+        out += &heading(3, REMARKS, REMARKS);
+        out += "What we found beside the paper's statements. The paper does not say these things: they are charged to nobody, \
+                and are in no count.\n\n";
+        for c in remarks {
+            out += &format!(
+                "- **{}**: {}.{}\n",
+                escaped(&c.claim),
+                escaped(c.statement.trim_end_matches('.')),
+                evidence(c)
+            );
         }
         out.push('\n');
     }
-    out + "\n"
+    out
+}
+
+const REMARKS: &str = "Remarks of ours";
+
+/// The counterexample and what follows. How many of the drawn trials were lost measures who drew them.
+fn evidence(c: &Claim) -> String {
+    let parts = [
+        ("Counterexample", &c.counterexample),
+        ("Consequence", &c.consequence),
+    ];
+    let shown = parts.iter().filter(|(_, part)| !part.is_empty());
+    shown
+        .map(|(label, part)| format!(" {label}: {}.", escaped(part.trim_end_matches('.'))))
+        .collect()
 }
 
 fn contents(held: &Held, figures: &[Figure]) -> String {
@@ -172,23 +203,19 @@ fn tables(held: &Held) -> String {
             written, with the corrections that its README in `experiments/` lists; lines with ↳ are other readings with \
             a name. **They are not the paper's equations**: they show what reaches the printed number, or what a claim turns into.\n\n";
     for name in held.tables() {
-        let cells: Vec<&Comparison> = held
+        let cells: Vec<&Judged> = held
             .comparisons
             .iter()
             .filter(|c| &*c.table == name)
             .collect();
         out += &heading(3, name, &escaped(name));
-        let counted: Vec<String> = verdict::counts(cells.iter().copied())
-            .iter()
-            .map(|(verdict, n)| format!("{n} {}", verdict::shown(verdict)))
-            .collect();
         out += &format!(
             "{}. {}\n\n",
-            counted.join(", "),
+            counted(&cells),
             code(&format!("zonobench tables {} {name:?}", held.name))
         );
         let exact = model::exact_rows(&cells);
-        let (parameters, others): (Vec<&Comparison>, Vec<&Comparison>) =
+        let (parameters, others): (Vec<&Judged>, Vec<&Judged>) =
             cells.into_iter().partition(|c| exact.contains(&*c.row));
         if let Some(grid) = grid(held, name, &others) {
             out += &format!(
@@ -208,11 +235,11 @@ fn tables(held: &Held) -> String {
                         label(&c.column),
                         escaped(&c.published),
                         ours(c),
-                        verdict::shown(&c.verdict),
+                        c.verdict.shown(),
                     ]
                 })
                 .collect();
-            let summary = format!("{} parameters, all exact", parameters.len());
+            let summary = format!("{} parameters, transcribed", parameters.len());
             let body = table(&["row", "column", "published", "ours", "verdict"], &rows);
             out += &details(&summary, &body);
             out.push('\n');
@@ -221,20 +248,36 @@ fn tables(held: &Held) -> String {
     out
 }
 
-fn ours(c: &Comparison) -> String {
+/// `numbers: 3 ✓ within_ci, 1 ✗ differs; claims: 2 ✓ holds`.
+fn counted(cells: &[&Judged]) -> String {
+    let of = |(subject, counts): (judged::Subject, Vec<(Verdict, usize)>)| {
+        let each = counts
+            .iter()
+            .map(|(verdict, n)| format!("{n} {}", verdict.shown()));
+        format!(
+            "{}: {}",
+            subject.name(),
+            each.collect::<Vec<_>>().join(", ")
+        )
+    };
+    let all = judged::counts_by_subject(cells.iter().copied());
+    all.into_iter().map(of).collect::<Vec<_>>().join("; ")
+}
+
+fn ours(c: &Judged) -> String {
     c.reproduced.map(four_digits).unwrap_or_default()
 }
 
 /// The interval of a comparison, empty if it has none.
-pub fn interval(c: &Comparison) -> String {
-    match (c.interval_lo, c.interval_hi) {
-        (Some(lo), Some(hi)) => format!("\\[{}, {}\\]", four_digits(lo), four_digits(hi)),
-        _ => String::new(),
+pub fn interval(c: &Judged) -> String {
+    match c.interval {
+        Some((lo, hi)) => format!("\\[{}, {}\\]", four_digits(lo), four_digits(hi)),
+        None => String::new(),
     }
 }
 
 /// A table of numbers in the paper's own layout; None for what is no such table.
-fn grid(held: &Held, name: &str, cells: &[&Comparison]) -> Option<String> {
+fn grid(held: &Held, name: &str, cells: &[&Judged]) -> Option<String> {
     let grid = model::grid(name, cells)?;
     let lines = grid.rows.iter().map(|line| {
         let first = if line.reading == "as-written" {
@@ -249,7 +292,7 @@ fn grid(held: &Held, name: &str, cells: &[&Comparison]) -> Option<String> {
                 } else {
                     &c.published
                 };
-                let mark = verdict::mark(&c.verdict);
+                let mark = c.verdict.mark();
                 match c.reproduced {
                     Some(ours) => {
                         let ours = with_unit(&four_digits(ours), unit(held, c));
@@ -272,21 +315,21 @@ fn grid(held: &Held, name: &str, cells: &[&Comparison]) -> Option<String> {
     ))
 }
 
-fn full(held: &Held, cells: &[&Comparison]) -> String {
+fn full(held: &Held, cells: &[&Judged]) -> String {
     // Claims have no interval.
     let intervals = cells.iter().any(|c| !interval(c).is_empty());
     let rows: Vec<Vec<String>> = cells
         .iter()
         .map(|c| {
-            let (row, column) = if verdict::is_as_written(c) {
+            let (row, column) = if c.is_as_written() {
                 (label(&c.row), label(&c.column))
             } else {
-                (String::new(), format!("↳ *{}*", escaped(&c.reading)))
+                (String::new(), format!("↳ *{}*", escaped(c.reading.name())))
             };
             let published = escaped(&c.published);
             let mut line = vec![row, column, with_unit(&published, unit(held, c)), ours(c)];
             line.extend(intervals.then(|| interval(c)));
-            line.extend([verdict::shown(&c.verdict), escaped(&c.reason)]);
+            line.extend([c.verdict.shown(), escaped(&c.reason)]);
             line
         })
         .collect();
@@ -325,28 +368,32 @@ fn times_of(held: &Held, times: &[RecordedTime]) -> String {
     }
     let cell = |p: &Published| {
         let cells = held.paper.as_ref().map_or(&[][..], |paper| &paper.cells);
-        cells.iter().find(|c| c.metric == "timing" && is_of(p, c))
+        let timed = |c: &&Cell| matches!(c.comparand, Comparand::Timing { .. }) && is_of(p, c);
+        match &cells.iter().find(timed)?.comparand {
+            Comparand::Timing { of, over } => Some((of, over.as_ref())),
+            _ => None,
+        }
     };
     let mut processors = BTreeSet::new();
     let rows: Vec<Vec<String>> = printed
         .iter()
         .map(|p| {
-            let recorded = cell(p).and_then(|c| {
-                let of =
-                    |estimator: &str| timings::find(times, &held.name, &c.experiment, estimator);
-                let (time, processor) = of(&c.estimator)?;
+            let recorded = cell(p).and_then(|(time, over)| {
+                let of = |time: &Time| timings::find(times, &held.name, time);
+                let (recorded, processor) = of(time)?;
                 processors.insert(processor);
-                if c.over.is_empty() {
-                    return Some(format!("{} µs", four_digits(time)));
-                }
-                let ratio = time / of(&c.over)?.0;
+                let Some(over) = over else {
+                    return Some(format!("{} µs", four_digits(recorded)));
+                };
+                let ratio = recorded / of(over)?.0;
                 Some(format!(
                     "{} of the time of {}",
                     four_digits(ratio),
-                    escaped(&c.over)
+                    escaped(&over.estimator)
                 ))
             });
-            let printed = format!("{} {}", p.printed, p.unit);
+            let unit = if &*p.unit == "1" { "" } else { &p.unit };
+            let printed = format!("{} {unit}", p.printed);
             vec![
                 format!(
                     "{}, {}, {}",

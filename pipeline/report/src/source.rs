@@ -14,7 +14,10 @@ use zonobench_lake::rows::{
     Set, Truth, Variable,
 };
 use zonobench_lake::table::{self, Row};
+use zonobench_verdicts::judged::{self, Judged};
 use zonobench_verdicts::papers::{self, Paper};
+use zonobench_verdicts::published::Kind;
+use zonobench_verdicts::verdict::Verdict;
 
 /// A lake and its manifest.
 pub struct Source {
@@ -29,7 +32,7 @@ pub struct Held {
     /// The ids of its experiments, in order
     pub experiments: Vec<String>,
     /// The printed numbers beside ours; none where no comparison was made
-    pub comparisons: Vec<Comparison>,
+    pub comparisons: Vec<Judged>,
     /// The numbered claims, tried
     pub claims: Vec<Claim>,
     /// The printed numbers
@@ -41,7 +44,15 @@ pub struct Held {
 impl Held {
     /// Whether the numbers are those of a smoke run.
     pub fn is_quick(&self) -> bool {
-        self.comparisons.iter().any(|c| &*c.verdict == "quick")
+        self.comparisons.iter().any(|c| c.verdict == Verdict::Quick)
+    }
+
+    /// How many times it prints, and statements about times.
+    pub fn times(&self) -> usize {
+        self.published
+            .iter()
+            .filter(|p| &*p.kind == Kind::Timing.name())
+            .count()
     }
 
     /// The titles of its tables, in order.
@@ -79,6 +90,19 @@ pub struct FirstRun {
     pub seed: String,
     trails: BTreeMap<[String; 3], Trail>,
     covariances: BTreeMap<[String; 2], BTreeMap<i32, Vec<f64>>>,
+}
+
+/// The true state at one step of one run, and what an estimator gives there, by component.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Instant {
+    /// The true state
+    pub state: Vec<f64>,
+    /// The point estimate
+    pub center: Vec<f64>,
+    /// The box of the estimate; empty if there is none
+    pub lower: Vec<f64>,
+    /// Its upper end
+    pub upper: Vec<f64>,
 }
 
 impl FirstRun {
@@ -169,7 +193,13 @@ impl Source {
         let mut held = Held {
             name: name.to_owned(),
             experiments: experiments.iter().map(|e| (*e).to_owned()).collect(),
-            comparisons: self.of_paper(name)?,
+            comparisons: match &paper {
+                Some(paper) => {
+                    let path = self.lake.join(lake::paper_table_path("comparison", name));
+                    judged::of(self.of_paper::<Comparison>(name)?, paper, &path)?
+                }
+                None => Vec::new(),
+            },
             claims: self.of_paper(name)?,
             published: self.of_paper(name)?,
             paper,
@@ -236,29 +266,70 @@ impl Source {
             trails: BTreeMap::new(),
             covariances: BTreeMap::new(),
         };
-        for row in rows_of_first_run::<Truth>(&path("truth"))? {
+        for row in rows_of_runs::<Truth>(&path("truth"), 1)? {
             run.truth
                 .entry(row.component.to_string())
                 .or_default()
                 .insert(row.k, row.value);
         }
-        for row in rows_of_first_run::<Measurement>(&path("measurements"))? {
+        for row in rows_of_runs::<Measurement>(&path("measurements"), 1)? {
             let values = run.measured.entry(row.component.to_string()).or_default();
             values.extend(row.value.map(|value| (row.k, value)));
         }
-        for row in rows_of_first_run::<Estimate>(&path("estimates"))? {
+        for row in rows_of_runs::<Estimate>(&path("estimates"), 1)? {
             let key = [row.estimator, row.phase, row.component].map(|name| name.to_string());
             let trail = run.trails.entry(key).or_default();
             trail.center.extend(row.center.map(|value| (row.k, value)));
             trail.lower.extend(row.lower.map(|value| (row.k, value)));
             trail.upper.extend(row.upper.map(|value| (row.k, value)));
         }
-        for row in rows_of_first_run::<Belief>(&path("beliefs"))? {
+        for row in rows_of_runs::<Belief>(&path("beliefs"), 1)? {
             let key = [row.estimator, row.phase].map(|name| name.to_string());
             let covariances = run.covariances.entry(key).or_default();
             covariances.extend(row.covariance.map(|value| (row.k, value)));
         }
         Ok(Some(run))
+    }
+
+    /// Step k of the first `count` runs of an experiment, as `(estimator, phase)` sees it; none if the lake does not
+    /// hold it.
+    pub fn instants(
+        &self,
+        paper: &str,
+        experiment: &str,
+        (estimator, phase): (&str, &str),
+        k: i32,
+        count: i32,
+    ) -> Result<Vec<Instant>, Error> {
+        let path = |table: &str| self.lake.join(lake::table_path(table, paper, experiment));
+        let held = lake::table_path("estimates", paper, experiment);
+        if !self.entries.iter().any(|e| e.path == held) {
+            return Ok(Vec::new());
+        }
+        let mut found: BTreeMap<i32, Instant> = BTreeMap::new();
+        let nothing = || Instant {
+            state: Vec::new(),
+            center: Vec::new(),
+            lower: Vec::new(),
+            upper: Vec::new(),
+        };
+        // The rows of a step are in the order of the components.
+        for row in rows_of_runs::<Truth>(&path("truth"), count)? {
+            if row.k == k {
+                let at = found.entry(row.run).or_insert_with(nothing);
+                at.state.push(row.value);
+            }
+        }
+        for row in rows_of_runs::<Estimate>(&path("estimates"), count)? {
+            if row.k == k && *row.estimator == *estimator && *row.phase == *phase {
+                let at = found.entry(row.run).or_insert_with(nothing);
+                at.center.extend(row.center);
+                at.lower.extend(row.lower);
+                at.upper.extend(row.upper);
+            }
+        }
+        let whole = |at: &Instant| !at.state.is_empty() && at.state.len() == at.center.len();
+        Ok(found.into_values().filter(whole).collect())
     }
 
     /// The seed of an experiment, as its file in the lake says.
@@ -284,8 +355,9 @@ fn seed(path: &Path) -> Result<Option<String>, Error> {
     Ok(found.and_then(|v| v.value.clone()))
 }
 
-/// The rows of run 0 of a table that has a column `run`. Of the many other runs only that column is looked at.
-fn rows_of_first_run<R: Row>(path: &Path) -> Result<Vec<R>, Error> {
+/// The rows of the first `count` runs of a table that has a column `run`. Of the many others only that column is
+/// looked at.
+fn rows_of_runs<R: Row>(path: &Path, count: i32) -> Result<Vec<R>, Error> {
     let failed = |column: &str| Error::Schema {
         path: path.to_owned(),
         expected: format!("column {column} of table {}", R::TABLE),
@@ -304,7 +376,7 @@ fn rows_of_first_run<R: Row>(path: &Path) -> Result<Vec<R>, Error> {
             .ok_or_else(|| failed("run"))?;
         let mut start = 0;
         for same in runs.values().chunk_by(|a, b| a == b) {
-            if same[0] == 0 {
+            if same[0] < count {
                 let first = batch.slice(start, same.len());
                 rows.extend(R::from_columns(first.columns()).map_err(failed)?);
             }

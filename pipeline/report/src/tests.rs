@@ -9,13 +9,14 @@ use zonobench_engine::engine;
 use zonobench_engine::progress::{Progress, Verbosity};
 use zonobench_lab::experiment::Experiment;
 use zonobench_lake::lake;
-use zonobench_lake::rows::Comparison;
+use zonobench_lake::rows::{self, Comparison};
 use zonobench_lake::store::Store;
 use zonobench_query::query;
 use zonobench_query::tables;
 use zonobench_verdicts::compare::Scale;
+use zonobench_verdicts::judged::{Judged, Subject};
 use zonobench_verdicts::papers;
-use zonobench_verdicts::verdict::{is_as_written, shown};
+use zonobench_verdicts::verdict::Verdict;
 
 /// A lake of small runs of `wanted` papers, compared at `scale`; with enough steps for every figure if `figures`.
 fn published(wanted: &[&str], scale: Scale, figures: bool) -> TempDir {
@@ -224,9 +225,9 @@ fn every_cell_stands_on_its_page_and_every_finding_on_the_front() {
     let pages = pages(&LAKE);
     for paper in ["box", "ezgkf"] {
         let page = &pages[&format!("{paper}/README.md")];
-        let cells: Vec<Comparison> = tables::comparisons(LAKE.path(), paper).unwrap();
+        let cells: Vec<Judged> = tables::comparisons(LAKE.path(), paper).unwrap();
         assert!(
-            cells.iter().any(|c| tables::is_finding(&c.verdict)),
+            cells.iter().any(|c| c.verdict.is_finding()),
             "{paper} has a finding to look for"
         );
         for c in &cells {
@@ -236,17 +237,17 @@ fn every_cell_stands_on_its_page_and_every_finding_on_the_front() {
                 .unwrap();
             let section = place.split("\n### ").next().unwrap();
             let (row, column) = (label(&c.row), label(&c.column));
-            let start = if is_as_written(c) {
+            let start = if c.is_as_written() {
                 format!("| {row} | {column} | {}", markdown::escaped(&c.published))
             } else {
-                format!("|  | ↳ *{}* |", markdown::escaped(&c.reading))
+                format!("|  | ↳ *{}* |", markdown::escaped(c.reading.name()))
             };
-            let verdict = format!("| {} |", shown(&c.verdict));
+            let verdict = format!("| {} |", c.verdict.shown());
             let found = section
                 .lines()
                 .any(|l| l.starts_with(&start) && l.contains(&verdict));
             assert!(found, "{paper}: {c:?}");
-            if is_as_written(c) && tables::is_finding(&c.verdict) {
+            if c.is_as_written() && c.verdict.is_finding() {
                 let front = &pages["README.md"];
                 assert!(front.contains(&format!("**{row}**")), "{row} is no finding");
                 assert!(
@@ -262,27 +263,186 @@ fn every_cell_stands_on_its_page_and_every_finding_on_the_front() {
     }
 }
 
+/// Subject and verdict of every cell as written, from the Parquet rows and the CSV texts alone.
+fn counted_by_hand(paper: &str) -> Vec<(Subject, String)> {
+    let of = |table: &str| LAKE.path().join(lake::paper_table_path(table, paper));
+    let compared: Vec<Comparison> = zonobench_lake::table::read(&of("comparison")).unwrap();
+    let printed: Vec<rows::Published> = zonobench_lake::table::read(&of("published")).unwrap();
+    let loaded = papers::load(&[paper.to_owned()]).unwrap();
+    let mut cells = csv::Reader::from_reader(loaded[0].tables.cells.as_bytes());
+    let cells: Vec<csv::StringRecord> = cells.records().map(Result::unwrap).collect();
+    let subject = |c: &Comparison| {
+        let p = printed
+            .iter()
+            .find(|p| (&p.table, &p.row, &p.column) == (&c.table, &c.row, &c.column))
+            .unwrap();
+        let copied = cells.iter().any(|cell| {
+            let is = [&*c.table, &c.row, &c.column, &c.reading];
+            cell.iter().take(4).eq(is) && &cell[6] == "parameter"
+        });
+        match (&*p.kind, copied) {
+            ("claim", _) => Subject::Claim,
+            (_, true) => Subject::Parameter,
+            _ => Subject::Number,
+        }
+    };
+    let written = compared.iter().filter(|c| &*c.reading == "as-written");
+    written
+        .map(|c| (subject(c), c.verdict.to_string()))
+        .collect()
+}
+
+#[test]
+fn a_count_on_the_front_page_is_the_count_of_its_rows() {
+    let pages = pages(&LAKE);
+    let (front, html) = (&pages["README.md"], html(&LAKE));
+    let html = between(&html, "id=\"overview\"", "</section>")[0].to_owned();
+    let all: Vec<(Subject, String)> = ["box", "ezgkf"]
+        .into_iter()
+        .flat_map(counted_by_hand)
+        .collect();
+    for subject in Subject::ALL {
+        let own: Vec<&str> = all
+            .iter()
+            .filter(|(s, _)| *s == subject)
+            .map(|(_, verdict)| verdict.as_str())
+            .collect();
+        let line = front
+            .lines()
+            .find(|l| l.starts_with("- ") && l.contains(&format!(" {}: ", subject.name())))
+            .unwrap_or_else(|| panic!("no {} on the front page", subject.name()));
+        let start = format!("- {} {}: ", own.len(), subject.name());
+        assert!(line.starts_with(&start), "{line}: {start}");
+        assert!(html.contains(&format!("<b>{}</b> {}</p>", own.len(), subject.name())));
+        // Every part: its verdicts are those of its rows, and the parts are all of them.
+        let mut sum = 0;
+        for part in line[start.len()..].split(", ") {
+            let (n, what) = part.split_once("** ").unwrap();
+            let n: usize = n.trim_start_matches("**").parse().unwrap();
+            let rows = own
+                .iter()
+                .filter(|v| subject.outcome(Verdict::parse(v).unwrap()) == what)
+                .count();
+            assert_eq!(n, rows, "{line}: {what}");
+            assert!(html.contains(&format!("<b>{n}</b> {what}</li>")), "{what}");
+            sum += n;
+        }
+        assert_eq!(sum, own.len(), "{line}");
+    }
+    // Nothing that is fitted, agrees by accident or was copied is called reproduced.
+    let reproduced = all.iter().filter(|(subject, verdict)| {
+        let names = ["exact", "within_rounding", "within_ci", "within_tolerance"];
+        *subject == Subject::Number && names.contains(&verdict.as_str())
+    });
+    assert!(front.contains(&format!("**{}** reproduced", reproduced.count())));
+}
+
 #[test]
 fn the_counts_of_the_matrix_are_those_of_the_lake() {
     let pages = pages(&LAKE);
-    let all: usize = tables::matrix(LAKE.path())
-        .unwrap()
-        .iter()
-        .map(|(_, _, _, n)| n)
-        .sum();
-    assert!(pages["README.md"].contains(&format!("{all} printed numbers and claims")));
-    for (paper, table, verdict, n) in tables::matrix(LAKE.path()).unwrap() {
-        let counted = format!("{n} {}", shown(&verdict));
-        let section = pages[&format!("{paper}/README.md")]
-            .split(&format!("\n### {}\n\n", markdown::escaped(&table)))
-            .nth(1)
-            .unwrap()
-            .to_owned();
-        assert!(
-            section.lines().next().unwrap().contains(&counted),
-            "{paper} {table}: {counted}"
-        );
+    let front = &pages["README.md"];
+    let header = front
+        .lines()
+        .find(|l| l.starts_with("| paper | table |"))
+        .unwrap();
+    let header: Vec<&str> = header.split(" | ").collect();
+    for paper in ["box", "ezgkf"] {
+        let whole = format!("| **[{paper}](");
+        let line = front.lines().find(|l| l.starts_with(&whole)).unwrap();
+        let cells: Vec<&str> = line.split(" | ").collect();
+        let counted = counted_by_hand(paper);
+        let mut sum = 0;
+        for (name, cell) in header.iter().zip(&cells).skip(2) {
+            let n: usize = cell.trim_matches(['*', ' ', '|']).parse().unwrap_or(0);
+            let rows = counted.iter().filter(|(subject, verdict)| {
+                let verdict = Verdict::parse(verdict).unwrap();
+                let shown = format!("{}: {}", subject.name(), verdict.shown()).replace('_', " ");
+                name.trim_end_matches(" |") == shown
+            });
+            assert_eq!(n, rows.count(), "{paper}: {name}");
+            sum += n;
+        }
+        assert_eq!(sum, counted.len(), "{paper}");
+        // The counts above each table are of its own cells.
+        for table in tables::comparisons(LAKE.path(), paper).unwrap() {
+            let of_table = tables::comparisons(LAKE.path(), paper).unwrap();
+            let n = of_table
+                .iter()
+                .filter(|c| c.table == table.table && c.is_as_written())
+                .filter(|c| (c.subject, c.verdict) == (table.subject, table.verdict))
+                .count();
+            if !table.is_as_written() {
+                continue;
+            }
+            let page = &pages[&format!("{paper}/README.md")];
+            let place = format!("\n### {}\n\n", markdown::escaped(&table.table));
+            let line = page.split(&place).nth(1).unwrap().lines().next().unwrap();
+            let counted = format!("{n} {}", table.verdict.shown());
+            assert!(
+                line.contains(&counted),
+                "{paper} {}: {counted}",
+                table.table
+            );
+        }
     }
+}
+
+#[test]
+fn a_dossier_has_every_verdict_that_is_no_success_with_evidence_and_a_command() {
+    for paper in ["box", "ezgkf"] {
+        let text = dossier(LAKE.path(), paper).unwrap();
+        let mut shown = 0;
+        for c in tables::comparisons(LAKE.path(), paper).unwrap() {
+            let item = format!(
+                "{}{}: printed “{}”",
+                label(&c.row),
+                if c.column.is_empty() {
+                    String::new()
+                } else {
+                    format!(", {}", label(&c.column))
+                },
+                markdown::escaped(&c.published)
+            );
+            if !c.is_as_written() {
+                continue;
+            }
+            let found = text.lines().position(|l| {
+                l.starts_with(&format!("- **{}**", markdown::escaped(&c.table)))
+                    && l.contains(&item)
+            });
+            assert_eq!(found.is_some(), !c.verdict.is_success(), "{paper}: {item}");
+            let Some(found) = found else { continue };
+            shown += 1;
+            let below: Vec<&str> = text.lines().skip(found + 1).take(3).collect();
+            let evidence = markdown::escaped(c.reason.trim_end_matches('.'));
+            assert_eq!(below[0], format!("  - Evidence: {evidence}"));
+            let command = below
+                .iter()
+                .find(|l| l.starts_with("  - Shown by: `zonobench "));
+            assert!(command.is_some(), "{item}: {below:?}");
+        }
+        assert!(shown > 0, "{paper} has something to ask");
+        // It says what came out too, in the counts of the front page.
+        let all = tables::comparisons(LAKE.path(), paper).unwrap();
+        let reproduced = all
+            .iter()
+            .filter(|c| c.is_as_written() && c.subject == Subject::Number && c.verdict.is_success())
+            .count();
+        if reproduced > 0 {
+            assert!(
+                text.contains(&format!("{reproduced} reproduced")),
+                "{paper}"
+            );
+        }
+    }
+    let error = dossier(LAKE.path(), "nobody").unwrap_err();
+    assert!(matches!(&error, Error::Unknown { expected, .. } if expected == "papers: box, ezgkf"));
+    let quick = published(&["ezgkf"], Scale::Quick, false);
+    assert!(
+        dossier(quick.path(), "ezgkf")
+            .unwrap()
+            .contains("A smoke run")
+    );
 }
 
 #[test]
@@ -407,7 +567,7 @@ fn every_cell_of_the_lake_stands_on_the_html_page() {
         let findings = between(&page, "id=\"findings\"", "</section>")[0];
         for c in tables::comparisons(LAKE.path(), paper).unwrap() {
             let row = html::markup::label(&c.row);
-            let verdict = format!("</span> {}</span>", c.verdict.replace('_', " "));
+            let verdict = format!("</span> {}</span>", c.verdict.name().replace('_', " "));
             let found = section.lines().any(|line| {
                 line.contains(&row)
                     && line.contains(&verdict)
@@ -415,7 +575,7 @@ fn every_cell_of_the_lake_stands_on_the_html_page() {
                         .is_none_or(|x| line.contains(&format!("data-exact=\"{x}\"")))
             });
             assert!(found, "{paper}: {c:?}");
-            if is_as_written(&c) && tables::is_finding(&c.verdict) {
+            if c.is_as_written() && c.verdict.is_finding() {
                 assert!(
                     findings.contains(&format!("<b>{row}</b>")),
                     "{row} is no finding"

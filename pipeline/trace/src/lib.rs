@@ -170,7 +170,9 @@ pub enum TraceError {
         next: usize,
     },
     /// The time of a step cannot be told
-    #[error("time of k = {k}: expected a positive dt and a time below 2^63 ns, got dt = {dt_s} s")]
+    #[error(
+        "time of k = {k}: expected steps at least 1 ns apart and at most {LONGEST_S:e} s in all, got dt = {dt_s:?} s"
+    )]
     Time {
         /// The step
         k: usize,
@@ -185,6 +187,13 @@ pub enum TraceError {
 /// Time zero of every trace: 2000-01-01T00:00:00Z in seconds since 1970. Fixed, since no clock of a
 /// machine may enter, and not zero, which viewers take for "no time".
 pub const EPOCH_S: u64 = 946_684_800;
+
+/// The shortest time from step to step, in s: stamps are whole nanoseconds, and no two steps have the same.
+pub const SHORTEST_S: f64 = 1e-9;
+
+/// The longest time from the first step to the last, in s: 8e18 ns after 2000 is still below 2^63 ns after 1970, which
+/// is what readers count in.
+pub const LONGEST_S: f64 = 8e9;
 
 /// Bytes of a chunk before compression: what a viewer reads to show one moment.
 const CHUNK_BYTES: u64 = 512 * 1024;
@@ -329,8 +338,7 @@ impl Trace {
         let dt_s = self.dt_s;
         let elapsed_s = k as f64 * dt_s;
         let nanoseconds = (elapsed_s * 1e9).round();
-        // 8e18 ns after 2000 is still below 2^63 ns after 1970, which is what readers count in.
-        if !(dt_s > 0.0 && nanoseconds < 8e18) {
+        if !(dt_s >= SHORTEST_S && elapsed_s <= LONGEST_S) {
             return Err(TraceError::Time { k, dt_s });
         }
         Ok(Moment {

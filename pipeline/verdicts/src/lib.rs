@@ -1,6 +1,7 @@
 //! What the papers print, beside what was computed: scores over runs, cells, verdicts and their reasons.
 
 pub mod compare;
+pub mod judged;
 pub mod papers;
 pub mod published;
 pub mod score;

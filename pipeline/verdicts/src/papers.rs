@@ -1,7 +1,10 @@
 //! The published experiments, embedded in the binary.
 
-use crate::published::{Cell, Published, read_cells, read_published};
+use crate::compare::parameter;
+use crate::published::{Cell, Known, Published, read_cells, read_published};
+use crate::verdict::one_of;
 use std::sync::Arc;
+use zonobench_claims::Class;
 use zonobench_lab::experiment::Experiment;
 use zonobench_lake::error::Error;
 
@@ -16,10 +19,21 @@ pub struct Paper {
     pub experiments: Vec<Arc<Experiment>>,
     /// The text of each experiment file, with the ids of the experiments that it gives.
     pub texts: Vec<(Vec<String>, &'static str)>,
+    /// The texts that `published` and `cells` are read from.
+    pub tables: Tables,
     /// What it prints.
     pub published: Vec<Published>,
     /// Where each printed number is reproduced.
     pub cells: Vec<Cell>,
+}
+
+/// The texts of a paper's tables.
+#[derive(Clone, Copy, Default)]
+pub struct Tables {
+    /// `published.csv`
+    pub published: &'static str,
+    /// `cells.csv`
+    pub cells: &'static str,
 }
 
 /// The folders of the papers, in order.
@@ -56,6 +70,7 @@ fn one(name: &str) -> Result<Paper, Error> {
         name: name.to_owned(),
         experiments: Vec::new(),
         texts: Vec::new(),
+        tables: Tables::default(),
         published: Vec::new(),
         cells: Vec::new(),
     };
@@ -63,8 +78,14 @@ fn one(name: &str) -> Result<Paper, Error> {
     for (file, path, text) in files {
         let path = format!("experiments/{path}");
         match file {
-            "published.csv" => paper.published = read_published(&path, text)?,
-            "cells.csv" => cells = Some((path, text)),
+            "published.csv" => {
+                paper.published = read_published(&path, text)?;
+                paper.tables.published = text;
+            }
+            "cells.csv" => {
+                paper.tables.cells = text;
+                cells = Some(path);
+            }
             _ if file.ends_with(".toml") => {
                 let experiments = Experiment::parse(&path, text)
                     .map_err(|fault| Error::Input(Box::new(fault)))?;
@@ -78,13 +99,61 @@ fn one(name: &str) -> Result<Paper, Error> {
             _ => {}
         }
     }
-    if let Some((path, text)) = cells {
-        paper.cells = read_cells(&path, text, &paper.published)?;
+    if let Some(path) = cells {
+        let known = Known {
+            published: &paper.published,
+            estimator: &|experiment, estimator| paper.has_estimator(experiment, estimator),
+            parameter: &|experiment, path| {
+                paper.experiment(experiment)?;
+                let text = paper.text(experiment).unwrap_or_default();
+                parameter(text, path).map(|_| ())
+            },
+            claim: &|claim| is_claim(name, claim),
+        };
+        paper.cells = read_cells(&path, paper.tables.cells, &known)?;
     }
     Ok(paper)
 }
 
+/// Whether the ledger has the claim `id` of a paper, and it is the paper's; fails with those that are.
+fn is_claim(paper: &str, id: &str) -> Result<(), String> {
+    let all = zonobench_claims::all();
+    let own: Vec<&str> = (all.iter())
+        .filter(|c| c.paper == paper && c.class != Class::Remark)
+        .map(|c| c.id)
+        .collect();
+    match own.contains(&id) {
+        true => Ok(()),
+        false => Err(format!(
+            "a claim of the ledger that is no remark of ours: {}",
+            one_of(id, &own)
+        )),
+    }
+}
+
 impl Paper {
+    /// The experiment `id`; fails with those that there are.
+    fn experiment(&self, id: &str) -> Result<&Experiment, String> {
+        let found = self.experiments.iter().find(|e| e.id == id);
+        found.map(|e| &**e).ok_or_else(|| {
+            let ids: Vec<&str> = self.experiments.iter().map(|e| e.id.as_str()).collect();
+            format!("an experiment, {}", one_of(id, &ids))
+        })
+    }
+
+    /// Whether the experiment has the estimator; fails with those that there are.
+    fn has_estimator(&self, experiment: &str, estimator: &str) -> Result<(), String> {
+        let e = self.experiment(experiment)?;
+        let ids: Vec<&str> = e.estimators.iter().map(|e| e.id.as_str()).collect();
+        match ids.contains(&estimator) {
+            true => Ok(()),
+            false => Err(format!(
+                "an estimator of {experiment}, {}",
+                one_of(estimator, &ids)
+            )),
+        }
+    }
+
     /// The paper with every experiment made quick.
     pub fn quick(mut self) -> Self {
         self.experiments = self
@@ -110,5 +179,73 @@ impl Paper {
             .iter()
             .find(|(_, t)| *t == text)
             .map(|(path, _)| *path)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::published::Comparand;
+
+    #[test]
+    fn every_paper_is_read() {
+        let papers = load(&[]).unwrap();
+        assert_eq!(papers.len(), names().len());
+        for paper in papers {
+            assert!(
+                !paper.published.is_empty() && !paper.cells.is_empty(),
+                "{}",
+                paper.name
+            );
+        }
+    }
+
+    #[test]
+    fn every_claim_of_the_ledger_that_the_paper_makes_has_one_row() {
+        let mut wrong = Vec::new();
+        for paper in load(&[]).unwrap() {
+            for claim in zonobench_claims::all()
+                .iter()
+                .filter(|c| c.paper == paper.name)
+            {
+                let rows = (paper.cells.iter())
+                    .filter(|cell| cell.reading.is_as_written())
+                    .filter(
+                        |cell| matches!(&cell.comparand, Comparand::Claims(id) if id == claim.id),
+                    )
+                    .count();
+                let wanted = usize::from(claim.class != Class::Remark);
+                if rows != wanted {
+                    wrong.push(format!(
+                        "{} {} ({}): {rows} rows, expected {wanted}",
+                        paper.name,
+                        claim.id,
+                        claim.class.name()
+                    ));
+                }
+            }
+        }
+        assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    }
+
+    #[test]
+    fn no_number_is_compared_with_itself() {
+        let mut wrong = Vec::new();
+        for paper in load(&[]).unwrap() {
+            for cell in &paper.cells {
+                if let Comparand::Ratio(pair)
+                | Comparand::Percent(pair)
+                | Comparand::Drop(pair)
+                | Comparand::Wins(pair) = &cell.comparand
+                    && (&pair.over, &pair.over_metric) == (&pair.of.estimator, &pair.of.metric)
+                {
+                    wrong.push(format!(
+                        "{}: {}, {}, {}",
+                        paper.name, cell.table, cell.row, cell.column
+                    ));
+                }
+            }
+        }
+        assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     }
 }

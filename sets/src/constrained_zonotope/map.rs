@@ -7,6 +7,7 @@
 
 use super::{ConstrainedZonotope, same};
 use crate::rounding::{ETA, U, gamma, up};
+use crate::units::picked;
 use crate::{Interval, List, Matrix, SetError, Zonotope};
 
 impl ConstrainedZonotope {
@@ -94,8 +95,8 @@ impl ConstrainedZonotope {
     /// Encloses X ∩_R Y = { x ∈ X : R x ∈ Y }, R m × n, Y = ⟨d, H, B, b_y, r_y, δ_y⟩ in ℝᵐ.
     ///
     /// ⟨c, [G, 0], [A, 0; 0, B; fl(R G), −H], (b, b_y, fl(d − R c)), r⟩ with the slack of the new rows
-    /// δ = ⌈|R| r + r_y + γ_{n+1}(|R| (|G| 1 + |c|) + |d|)⌉; where a row of R picks one component, R G is
-    /// exact and only u |d − R c| is charged. The result may be empty: ask
+    /// δ = ⌈|R| r + r_y + γ_{n+1}(|R| (|G| 1 + |c|) + |d|)⌉; where a row of R picks one component, times a power of
+    /// two perhaps, R G is exact and only u |d − R c| is charged. The result may be empty: ask
     /// [`ConstrainedZonotope::emptiness`] or take its hull.
     ///
     /// Fails with `Dimension`, or `NotFinite` if R or the result is not finite.
@@ -129,14 +130,24 @@ impl ConstrainedZonotope {
         for (i, (&d, &rc)) in y.c().iter().zip(&r.mul_vec(self.c())).enumerate() {
             let right = d - rc;
             b.push(right);
-            delta.push(match picked(r.row(i)) {
-                Some(k) => {
+            let exactly = picked(r.row(i)).filter(|&(k, a)| {
+                let there = rg.row(i).iter().zip(self.g().row(k));
+                there.chain([(&rc, &self.c()[k])]).all(|(y, x)| y / a == *x)
+            });
+            delta.push(match exactly {
+                Some((k, a)) => {
                     let rounding = if d == 0.0 || rc == 0.0 {
                         0.0
                     } else {
                         U * right.abs()
                     };
-                    exact_or_up([self.r()[k], y.r()[i], rounding])
+                    let own = self.r()[k] * a.abs();
+                    let own = if own / a.abs() == self.r()[k] {
+                        own
+                    } else {
+                        up(own, 1)
+                    };
+                    exact_or_up([own, y.r()[i], rounding])
                 }
                 None => {
                     let row = r.row(i).iter().enumerate();
@@ -186,15 +197,6 @@ impl ConstrainedZonotope {
             Err(other) => return Err(other),
         };
         self.intersect_strip(d, strip.mid(), strip.rad())
-    }
-}
-
-/// The index k if the row is ±e_k.
-fn picked(row: &[f64]) -> Option<usize> {
-    let mut nonzero = row.iter().enumerate().filter(|(_, x)| **x != 0.0);
-    match (nonzero.next(), nonzero.next()) {
-        (Some((k, x)), None) if x.abs() == 1.0 => Some(k),
-        _ => None,
     }
 }
 

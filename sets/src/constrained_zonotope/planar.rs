@@ -2,11 +2,12 @@
 
 use super::ConstrainedZonotope;
 use super::same;
-use crate::SetError;
 use crate::lp::LinearProgram;
 use crate::polytope::planar::Polygon;
+use crate::units::{of_set, times};
+use crate::{List, SetError};
 
-/// Points closer than this times the size of the set are the same vertex.
+/// Points closer than this times the size of the set, component by component, are the same vertex.
 pub(super) const NEAR: f64 = 1e-10;
 
 impl ConstrainedZonotope {
@@ -15,7 +16,10 @@ impl ConstrainedZonotope {
     /// Rounded to nearest: vertices are for drawing and measuring, not a bound; r does not enter.
     /// Fails with `Dimension` unless n = 2, with `Empty` if the set is proved empty.
     pub fn vertices(&self) -> Result<Vec<[f64; 2]>, SetError> {
-        Ok(self.polygon()?.points)
+        let units = self.units();
+        let [x, y] = [self.c()[0], self.c()[self.dim() - 1]];
+        let own = |o: [f64; 2]| [x + o[0] * units[0], y + o[1] * units[1]];
+        Ok(self.polygon(&units)?.points.into_iter().map(own).collect())
     }
 
     /// A point of { c + G ξ : |ξ| ≤ 1, |A ξ − b| ≤ δ } where dᵀx is greatest, rounded to nearest; r does
@@ -26,15 +30,12 @@ impl ConstrainedZonotope {
         same("support vector", self.dim(), d.len())?;
         let mut lp = LinearProgram::new();
         self.load(&mut lp)?;
-        self.extreme_point(d, &mut lp)
+        self.extreme_offset(d, &mut lp)?;
+        Ok(self.at(lp.point()))
     }
 
-    /// The support vector, the constraints being in `lp` already.
-    pub(super) fn extreme_point(
-        &self,
-        d: &[f64],
-        lp: &mut LinearProgram,
-    ) -> Result<Vec<f64>, SetError> {
+    /// G ξ of the support vector, the constraints being in `lp` already.
+    fn extreme_offset(&self, d: &[f64], lp: &mut LinearProgram) -> Result<List<f64>, SetError> {
         let mut along = vec![0.0; self.generators()];
         for (i, &d) in d.iter().enumerate() {
             for (t, &g) in along.iter_mut().zip(self.g().row(i)) {
@@ -45,7 +46,7 @@ impl ConstrainedZonotope {
             "extreme point of a constrained zonotope",
             lp.maximize(&along),
         )?;
-        Ok(self.at(lp.point()))
+        Ok(self.g().mul_vec(lp.point()))
     }
 
     /// c + G ξ.
@@ -54,20 +55,37 @@ impl ConstrainedZonotope {
         self.c().iter().zip(&offset).map(|(c, o)| c + o).collect()
     }
 
-    fn polygon(&self) -> Result<Polygon, SetError> {
+    /// In units of the generators' box about the center.
+    fn polygon(&self, units: &[f64]) -> Result<Polygon, SetError> {
         same("vertices", 2, self.dim())?;
         let mut lp = LinearProgram::new();
         self.load(&mut lp)?;
-        let hull = self.z.radius();
-        Polygon::grow(NEAR * (hull[0] + hull[1]), |d| {
-            let v = self.extreme_point(&d, &mut lp)?;
-            // Nothing is bounded here: the value at the point does for the support.
-            Ok((d[0] * v[0] + d[1] * v[1], [v[0], v[1]]))
-        })
+        Polygon::grow(2.0 * NEAR, |d| self.extreme_in(units, d, &mut lp))
+    }
+
+    /// Units of the generators' box.
+    pub(super) fn units(&self) -> List<f64> {
+        of_set(self.c(), &self.z.radius())
+    }
+
+    /// dᵀo and o for the o = diag(u)⁻¹ G ξ of the set where dᵀo is greatest. Nothing is bounded here: the value at the
+    /// point does for the support.
+    pub(super) fn extreme_in<const N: usize>(
+        &self,
+        units: &[f64],
+        d: [f64; N],
+        lp: &mut LinearProgram,
+    ) -> Result<(f64, [f64; N]), SetError> {
+        let own: [f64; N] = std::array::from_fn(|i| d[i] / units[i]);
+        let offset = self.extreme_offset(&own, lp)?;
+        let point: [f64; N] = std::array::from_fn(|i| offset[i] / units[i]);
+        let along = d.iter().zip(&point).map(|(d, x)| d * x).sum();
+        Ok((along, point))
     }
 
     /// The area of the polygon of the vertices.
     pub(super) fn area(&self) -> Result<f64, SetError> {
-        Ok(self.polygon()?.area())
+        let units = self.units();
+        Ok(times(self.polygon(&units)?.area(), &units))
     }
 }

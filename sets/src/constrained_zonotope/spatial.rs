@@ -5,6 +5,7 @@ use super::planar::NEAR;
 use crate::SetError;
 use crate::lp::LinearProgram;
 use crate::polytope::spatial::Polyhedron;
+use crate::units::times;
 
 impl ConstrainedZonotope {
     /// Length, area or volume for n = 1, 2, 3, rounded to nearest; `None` in higher dimensions.
@@ -22,13 +23,8 @@ impl ConstrainedZonotope {
     fn volume_3d(&self) -> Result<f64, SetError> {
         let mut lp = LinearProgram::new();
         self.load(&mut lp)?;
-        let near = NEAR * self.z.radius().iter().sum::<f64>();
-        let body = Polyhedron::grow(near, |d| {
-            let x = self.extreme_point(&d, &mut lp)?;
-            // Nothing is bounded here: the value at the point does for the support.
-            let along = d[0] * x[0] + d[1] * x[1] + d[2] * x[2];
-            Ok((along, [x[0], x[1], x[2]]))
-        })?;
-        Ok(body.map_or(0.0, |body| body.volume()))
+        let units = self.units();
+        let body = Polyhedron::grow(3.0 * NEAR, |d| self.extreme_in(&units, d, &mut lp))?;
+        Ok(body.map_or(0.0, |body| times(body.volume(), &units)))
     }
 }

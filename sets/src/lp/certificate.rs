@@ -19,10 +19,16 @@
 //! S < 2⁻⁹⁶⁹, and there the final + η does. U = next_up(core + e) + η; next_up pays for that sum. An
 //! infinity or NaN anywhere makes the bound +∞, and ⌈‖d‖₁⌉ (the bound of y = 0) caps it.
 //!
+//! That last step in full. For S ≥ 2⁻⁹⁶⁹ the excess 5·1.08·u·S_computed ≥ 5u·S is at least 5·2⁻¹⁰²² > η/2. For
+//! S < 2⁻⁹⁶⁹ the computed core + e is below 2⁻⁹⁶⁸, so next_up, of which the rounding of that sum takes half a unit,
+//! leaves half a unit; if the sum is below 2⁻⁹⁶⁹, η is a multiple of the unit of the result or finer and arrives in
+//! full, and if it is not, the unit is 2⁻¹⁰²¹ and its half is η. S and e themselves lose less than 2⁻¹⁰⁷⁴ to
+//! underflow then, which η/2 pays beside the products' η/2.
+//!
 //! **Emptiness.** With d = 0 a feasible ξ gives 0 ≤ bᵀz + |z|ᵀδ + ‖Aᵀz‖₁ for every z; so if
 //! U(0, −y) < 0 there is none.
 //!
-//! **Scaling.** Rows are multiplied by powers of two that bring their largest coefficient into [1, 2).
+//! **Scaling.** Rows, and a direction, are multiplied by powers of two that bring their largest coefficient into [1, 2).
 //! It is exact, because a row is only scaled if scaling back returns every entry; so the scaled rows
 //! describe the same set, and everything here is about them.
 
@@ -216,10 +222,18 @@ impl Program {
             *residual = value;
             let size = abs_sum(row) + self.b[i].abs();
             let kept = reserve.get(i).map_or(0.0, |r| r * self.scale[i]);
-            let miss = up(value.abs() + error * size + kept, self.cols + 5);
-            let allowed = (self.delta[i] + sigma * size) * (1.0 - gamma(self.cols + 5)) + 2.0 * ETA;
+            // The distance to δ is rounded by a part of itself: a point at the end of a wide slack is as good as any.
+            let over = value.abs() - self.delta[i];
+            let (above, below) = if over > 0.0 {
+                (over, 0.0)
+            } else {
+                (0.0, -over)
+            };
+            let miss = up(above + error * size + kept, self.cols + 5);
+            let allowed = (below + sigma * size) * (1.0 - gamma(self.cols + 5)) + 2.0 * ETA;
             let excess = miss - allowed;
-            worst = if excess.is_nan() {
+            // A size that overflows allows nothing.
+            worst = if excess.is_nan() || allowed == f64::INFINITY {
                 f64::INFINITY
             } else {
                 worst.max(excess)
@@ -241,16 +255,15 @@ impl Program {
     }
 }
 
-/// The power of two that brings the largest |a_j| into [1, 2), or 1 where that would not be exact.
-fn row_scale(row: &[f64], b: f64, delta: f64) -> f64 {
+/// The power of two, between 2⁻¹⁰⁰⁰ and 2¹⁰⁰⁰, that brings the largest |a_j| into [1, 2) or nearest to it, or 1 where
+/// that would not be exact.
+pub(super) fn row_scale(row: &[f64], b: f64, delta: f64) -> f64 {
     let largest = row.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     if !largest.is_normal() {
         return 1.0;
     }
-    let exponent = (largest.to_bits() >> 52) as i64 - 1023;
-    if exponent.abs() > 1000 {
-        return 1.0;
-    }
+    // 2^±1000 leaves the sums of what is beyond it finite, and is a normal number with a normal inverse.
+    let exponent = ((largest.to_bits() >> 52) as i64 - 1023).clamp(-1000, 1000);
     let power = |e: i64| f64::from_bits(((1023 + e) as u64) << 52);
     let (scale, back) = (power(-exponent), power(exponent));
     let exact = row

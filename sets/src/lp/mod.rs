@@ -5,7 +5,7 @@
 //! max dᵀξ  subject to  |Aξ − b| ≤ δ, |ξ| ≤ 1,
 //!
 //! with few rows, some more columns, and many directions d over the same rows. [`LinearProgram`]
-//! holds the rows, each scaled by a power of two (which is exact), and solves with a bounded dual
+//! holds the rows and the direction, each scaled by a power of two (which is exact), and solves with a bounded dual
 //! simplex (`simplex`) that keeps its basis from one direction to the next. What it reports is never
 //! the simplex's own objective: it is a bound computed from the multipliers y alone (`certificate`),
 //! valid for any y, so a bad pivot, drift or an early stop can only make it wider.
@@ -22,7 +22,7 @@ mod simplex;
 
 use crate::matrix::abs_sum;
 use crate::{List, Matrix, SetError, ops, rounding};
-use certificate::Program;
+use certificate::{Program, row_scale};
 use simplex::{FEASIBLE, Outcome, STRICT, Simplex};
 
 /// Work done by a [`LinearProgram`] since it was made.
@@ -47,7 +47,8 @@ pub enum Emptiness {
     /// Proved empty: some y has bᵀy − ‖Aᵀy‖₁ − |y|ᵀδ > 0 after all rounding is charged.
     Empty,
     /// A point ξ with |ξ| ≤ 1 and |Aξ − b| ≤ δ + σ was verified, where
-    /// σ_i = 2γ_{n+2}(|A_i|1 + |b_i|) + 2η is the rounding of checking row i.
+    /// σ_i = 2γ_{n+2}(|A_i|1 + |b_i|) + 2η is the rounding of checking row i, η as it is in the row scaled by the power of
+    /// two that brings its largest coefficient near 1.
     NonEmpty(List<f64>),
     /// Neither could be proved.
     Undecided {
@@ -77,6 +78,8 @@ pub struct LinearProgram {
     multipliers: List<f64>,
     /// d − Aᵀy, one entry a column.
     residual: List<f64>,
+    /// The power of two that the present direction was multiplied by: tolerances are about coefficients near 1.
+    direction_scale: f64,
     /// b − Aξ, one entry a row.
     row_residual: List<f64>,
     direction: List<f64>,
@@ -123,6 +126,7 @@ impl LinearProgram {
         self.residual.resize(self.program.stride(), 0.0);
         self.direction.clear();
         self.direction.resize(self.program.stride(), 0.0);
+        self.direction_scale = 1.0;
         self.proved_empty = false;
     }
 
@@ -159,12 +163,24 @@ impl LinearProgram {
         if let Some(&value) = d.iter().find(|x| !x.is_finite()) {
             return Err(SetError::NotFinite { op: OP, value });
         }
-        self.direction[..d.len()].copy_from_slice(d);
+        self.direction_scale = row_scale(d, 0.0, 0.0);
+        for (t, &x) in self.direction.iter_mut().zip(d) {
+            *t = x * self.direction_scale;
+        }
         self.work.programs += 1;
         let _kernel = ops::kernel(ops::Kernel::Program);
         ops::program(self.rows(), self.cols());
+        if self.cols() == 0 && self.emptiness_of_constants(&[]) == Emptiness::Empty {
+            self.proved_empty = true;
+        }
         if self.proved_empty {
             return Err(SetError::Empty { op: OP });
+        }
+        if self.cols() == 0 {
+            return Ok(Maximum {
+                upper: 0.0,
+                optimal: true,
+            });
         }
         let mut outcome = self.solve(FEASIBLE);
         if self.proved_empty {
@@ -185,9 +201,13 @@ impl LinearProgram {
         let optimal = outcome == Outcome::Optimal && self.simplex.complete();
         if !optimal {
             self.work.unfinished += 1;
+            ops::unfinished();
             upper = upper.min(self.fallback()?);
         }
-        Ok(Maximum { upper, optimal })
+        Ok(Maximum {
+            upper: unscaled_up(upper, self.direction_scale),
+            optimal,
+        })
     }
 
     /// Runs the simplex on `direction`; a row that no point satisfies is tried as a proof of emptiness
@@ -198,7 +218,7 @@ impl LinearProgram {
         }
         self.simplex.aim(&self.direction);
         loop {
-            let (outcome, pivots) = self.simplex.run(tolerance);
+            let (outcome, pivots) = self.simplex.run(&self.direction, tolerance);
             self.work.pivots += pivots;
             let Outcome::Infeasible { row } = outcome else {
                 return outcome;
@@ -215,6 +235,7 @@ impl LinearProgram {
     /// The bound by the interior-point solver's multipliers for the present direction, +∞ if it fails.
     fn fallback(&mut self) -> Result<f64, SetError> {
         self.work.fallbacks += 1;
+        ops::fallback();
         let Some(opinion) = second_opinion::consult(&self.program, &self.direction) else {
             return Ok(f64::INFINITY);
         };
@@ -250,6 +271,7 @@ impl LinearProgram {
             });
         }
         self.direction[..d.len()].copy_from_slice(d);
+        self.direction_scale = 1.0;
         Ok(self.fallback()?.min(rounding::up(abs_sum(d), d.len())))
     }
 
@@ -293,6 +315,7 @@ impl LinearProgram {
             }
         }
         self.direction[..d.len()].copy_from_slice(d);
+        self.direction_scale = 1.0;
         self.program.scaled(y, &mut self.multipliers);
         Ok(self
             .program
@@ -307,11 +330,15 @@ impl LinearProgram {
 
     /// As [`LinearProgram::emptiness`], but a point counts only if it keeps |Aξ − b| + reserve ≤ δ + σ.
     pub(crate) fn emptiness_with_reserve(&mut self, reserve: &[f64]) -> Emptiness {
+        if self.cols() == 0 {
+            return self.emptiness_of_constants(reserve);
+        }
         let mut margin = match self.point_with_reserve(reserve) {
             Emptiness::Undecided { margin } => margin,
             decided => return decided,
         };
         self.work.fallbacks += 1;
+        ops::fallback();
         if let Some(opinion) = second_opinion::consult(&self.program, &self.direction) {
             if opinion.infeasible
                 && self
@@ -336,11 +363,15 @@ impl LinearProgram {
 
     /// As [`LinearProgram::emptiness_with_reserve`], by the simplex alone.
     pub(crate) fn point_with_reserve(&mut self, reserve: &[f64]) -> Emptiness {
+        if self.cols() == 0 {
+            return self.emptiness_of_constants(reserve);
+        }
         if self.proved_empty {
             return Emptiness::Empty;
         }
         // Any direction does; one without ties keeps the dual simplex from stalling.
         let n = self.cols();
+        self.direction_scale = 1.0;
         for (j, d) in self.direction[..n].iter_mut().enumerate() {
             let wave = ((j * 37 + 11) % 64) as f64 / 64.0 - 0.4921875;
             *d = wave;
@@ -357,7 +388,10 @@ impl LinearProgram {
             if self.proved_empty {
                 return Emptiness::Empty;
             }
-            self.work.unfinished += u64::from(outcome != Outcome::Optimal);
+            if outcome != Outcome::Optimal {
+                self.work.unfinished += 1;
+                ops::unfinished();
+            }
             self.simplex.point(&mut self.point);
             for _ in 0..3 {
                 let missing = self
@@ -374,6 +408,25 @@ impl LinearProgram {
         Emptiness::Undecided { margin }
     }
 
+    /// Emptiness without a column: each row says |b_i| ≤ δ_i.
+    fn emptiness_of_constants(&mut self, reserve: &[f64]) -> Emptiness {
+        for i in 0..self.rows() {
+            self.multipliers.fill(0.0);
+            self.multipliers[i] = self.program.right_side()[i].signum();
+            if self.program.farkas(&self.multipliers, &mut self.residual) > 0.0 {
+                self.proved_empty = true;
+                return Emptiness::Empty;
+            }
+        }
+        self.multipliers.fill(0.0);
+        let margin = self.program.missing(&[], reserve, &mut self.row_residual);
+        if margin <= 0.0 {
+            Emptiness::NonEmpty(List::new())
+        } else {
+            Emptiness::Undecided { margin }
+        }
+    }
+
     /// Whether |Aξ − b| + reserve ≤ δ + σ was verified for this ξ, |ξ| ≤ 1, with the σ of
     /// [`Emptiness::NonEmpty`].
     pub(crate) fn verifies(&mut self, xi: &[f64], reserve: &[f64]) -> bool {
@@ -384,7 +437,9 @@ impl LinearProgram {
 
     /// The multipliers y of the last program, one a row, in the units of the rows loaded.
     pub fn multipliers(&self) -> Vec<f64> {
-        self.program.unscaled(&self.multipliers)
+        let mut y = self.program.unscaled(&self.multipliers);
+        y.iter_mut().for_each(|y| *y /= self.direction_scale);
+        y
     }
 
     /// The point ξ that the simplex ended with: a vertex up to rounding, clamped to |ξ| ≤ 1. Not a proof
@@ -392,6 +447,16 @@ impl LinearProgram {
     pub fn point(&mut self) -> &[f64] {
         self.simplex.point(&mut self.point);
         &self.point
+    }
+}
+
+/// ⌈`upper`/`scale`⌉ for a power of two: exact unless it underflows.
+fn unscaled_up(upper: f64, scale: f64) -> f64 {
+    let own = upper / scale;
+    if own.is_finite() && own * scale < upper {
+        own.next_up()
+    } else {
+        own
     }
 }
 

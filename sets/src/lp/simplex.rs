@@ -15,9 +15,16 @@
 //!    below 0 enters (the long-step ratio test); the columns passed change their side;
 //! 3. if the breakpoints end first, no ξ satisfies the rows, and row r of B⁻¹ is the Farkas vector.
 //!
-//! The breakpoint is found by weighted selection, not by sorting. After a long run without progress the
-//! smallest-index rule takes over, which cannot cycle, and a cap ends what rounding may still prolong.
-//! Nothing here has to be right for the bounds to be: see `certificate`.
+//! The breakpoint is found by weighted selection, not by sorting. Nothing here has to be right for the bounds
+//! to be: see `certificate`.
+//!
+//! Where most objective coefficients are 0, as in a sparse set, most reduced costs are 0 too and the dual step
+//! does not move. After a run of such steps the smallest-index rule takes over, which cannot cycle but crawls; if
+//! it does not end them soon, the objective is perturbed from the basis reached: each reduced cost moves away
+//! from 0 on its variable's side by about 1e-12 of the largest objective coefficient, another amount for each
+//! variable. Every step then gains. At the optimum the true objective comes back, and what the perturbation
+//! made wrong is mended by further steps, perturbed less if they stall again. A cap ends what rounding may still
+//! prolong.
 
 use super::certificate::{LANES, Program};
 use crate::{List, ops};
@@ -37,11 +44,24 @@ const FREE_SLACK: f64 = 1e-10;
 /// A pivot smaller than this, relative to the largest candidate, is passed over for an earlier breakpoint.
 const WEAK: f64 = 1e-6;
 
+/// The part of `x` above 0, which is never −0: [`f64::max`] leaves the sign of zero open.
+#[inline]
+fn positive(x: f64) -> f64 {
+    if x > 0.0 { x } else { 0.0 }
+}
+
 /// Pivots after which the tableau is rebuilt before the next program.
 const TIRED: u64 = 400;
 
 /// Pivots without progress after which the smallest-index rule takes over.
 const STALLED: usize = 30;
+
+/// Pivots without progress after which the objective is perturbed: the smallest-index rule has not ended it soon.
+const STUCK: usize = 60;
+
+/// By how much a reduced cost is moved, as a share of the largest objective coefficient: the least of it, at
+/// the first perturbation of a program and at the later ones.
+const PERTURBATIONS: [f64; 3] = [1e-12, 1e-13, 1e-14];
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,6 +120,12 @@ pub(super) struct Simplex {
     wanted: List<usize>,
     /// Pivots since the tableau was built from the coefficients.
     age: u64,
+    /// The largest coefficient of the objective.
+    size: f64,
+    /// Perturbations of the present objective.
+    perturbations: usize,
+    /// True while the reduced costs are those of a perturbed objective.
+    perturbed: bool,
 }
 
 impl Simplex {
@@ -200,6 +226,21 @@ impl Simplex {
     /// Takes the objective `d` (padded): reduced costs, sides and basic values of the present basis.
     pub(super) fn aim(&mut self, d: &[f64]) {
         let n = self.cols;
+        self.price(d);
+        for &i in &self.aside {
+            let v = self.basis[i];
+            self.basic_range[i] = if v < n { 1.0 } else { self.slack_range[v - n] };
+        }
+        self.aside.clear();
+        self.recompute_values();
+        self.size = d.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        self.perturbations = 0;
+    }
+
+    /// The reduced costs of `d` in the present basis, each variable on the side that they ask for.
+    fn price(&mut self, d: &[f64]) {
+        let n = self.cols;
+        self.perturbed = false;
         for (r, &v) in self.reduced.iter_mut().zip(&self.column) {
             *r = if v < n { d[v] } else { 0.0 };
         }
@@ -224,12 +265,22 @@ impl Simplex {
                 *side
             };
         }
-        for &i in &self.aside {
-            let v = self.basis[i];
-            self.basic_range[i] = if v < n { 1.0 } else { self.slack_range[v - n] };
+    }
+
+    /// Moves every reduced cost away from 0 on its variable's side: by [`PERTURBATIONS`] times 1 to 2, by the
+    /// variable's index.
+    fn perturb(&mut self) {
+        // Of no objective any will do: it is a point that is sought.
+        let size = if self.size > 0.0 { self.size } else { 1.0 };
+        let least = PERTURBATIONS[self.perturbations] * size;
+        let columns = self.column.iter().zip(&self.side).take(self.active);
+        for (reduced, (&v, side)) in self.reduced.iter_mut().zip(columns) {
+            // Multiples of the golden ratio, modulo 1: no two are alike.
+            let spread = f64::from((v as u32).wrapping_mul(0x9E37_79B9)) / 4_294_967_296.0;
+            *reduced += side * least * (1.0 + spread);
         }
-        self.aside.clear();
-        self.recompute_values();
+        self.perturbations += 1;
+        self.perturbed = true;
     }
 
     /// x_B = B⁻¹b − T x_N.
@@ -248,14 +299,25 @@ impl Simplex {
         }
     }
 
-    /// Pivots until the basis is optimal with `tolerance`, a row turns out infeasible, or the cap; returns the pivots.
-    pub(super) fn run(&mut self, tolerance: f64) -> (Outcome, u64) {
+    /// Pivots until the basis is optimal for `d` with `tolerance`, a row turns out infeasible, or the cap; returns
+    /// the pivots.
+    pub(super) fn run(&mut self, d: &[f64], tolerance: f64) -> (Outcome, u64) {
         let cap = 100 + 20 * (self.rows + self.cols);
-        let mut still = 0;
-        for pivots in 0..cap {
+        let (mut still, mut pivots) = (0, 0);
+        while pivots < cap {
+            if still > STUCK && !self.perturbed && self.perturbations < PERTURBATIONS.len() {
+                self.perturb();
+                still = 0;
+            }
             let by_index = still > STALLED;
             let Some(r) = self.leaving(by_index, tolerance) else {
-                return (Outcome::Optimal, pivots as u64);
+                if !self.perturbed {
+                    return (Outcome::Optimal, pivots as u64);
+                }
+                self.price(d);
+                self.recompute_values();
+                still = 0;
+                continue;
             };
             let Some((q, step)) = self.entering(r, by_index, tolerance) else {
                 return (Outcome::Infeasible { row: r }, pivots as u64);
@@ -266,6 +328,11 @@ impl Simplex {
             ops::pivot(self.flips.len());
             self.flip();
             self.exchange(r, q, bound);
+            pivots += 1;
+        }
+        if self.perturbed {
+            self.price(d);
+            self.recompute_values();
         }
         (Outcome::Capped, cap as u64)
     }
@@ -641,7 +708,7 @@ fn step_limit(slope: &[f64], gap: &[f64], range: &[f64], excess: f64) -> f64 {
     for k in 0..SAMPLE {
         let j = k * n / SAMPLE;
         if slope[j] > PIVOT {
-            steps[count] = gap[j].max(0.0) / slope[j];
+            steps[count] = positive(gap[j]) / slope[j];
             total += 2.0 * range[j] * slope[j];
             count += 1;
         }
@@ -683,7 +750,7 @@ fn collect(
     let mut total = 0.0;
     for p in &mut points[..count] {
         let j = p.column;
-        p.step = gap[j].max(0.0) / slope[j];
+        p.step = positive(gap[j]) / slope[j];
         p.fall = 2.0 * range[j] * slope[j];
         total += p.fall;
     }

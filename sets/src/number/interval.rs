@@ -7,7 +7,8 @@
 //!   which an f64 holds exactly, points that way: they are the best possible ones.
 //! - A product, quotient, square or root is rounded to nearest, then moved one step outward. Not moved are
 //!   a product or quotient with a factor that is zero, and a product with an f64 that is a power of
-//!   two as long as it stays normal. A product that merely *underflows* to zero is moved:
+//!   two as long as it stays above the smallest normal number, which a rounded one may have reached
+//!   from below. A product that merely *underflows* to zero is moved:
 //!   1e-200 · 1e-200 is [0, 5e-324], and its negative [−5e-324, 0].
 //!
 //! Sum, difference, product, quotient, square and root are inclusion isotonic: larger arguments give
@@ -103,6 +104,8 @@ impl Interval {
     #[inline]
     pub fn from_center_radius(center: f64, radius: f64) -> Self {
         if center.is_finite() && radius.is_finite() && radius >= 0.0 {
+            // Without the sign of a zero.
+            let (center, radius) = (center + 0.0, radius + 0.0);
             Self {
                 lo: sum_down(center, -radius),
                 hi: sum_up(center, radius),
@@ -157,7 +160,7 @@ impl Interval {
     #[inline]
     pub fn rad(self) -> f64 {
         let mid = self.mid();
-        sum_up(self.hi, -mid).max(sum_up(mid, -self.lo))
+        larger(sum_up(self.hi, -mid), sum_up(mid, -self.lo))
     }
 
     /// An upper bound on hi − lo.
@@ -169,13 +172,13 @@ impl Interval {
     /// max |x|, exact.
     #[inline]
     pub fn mag(self) -> f64 {
-        self.hi.max(-self.lo)
+        larger(self.hi, -self.lo)
     }
 
     /// min |x|, exact.
     #[inline]
     pub fn mig(self) -> f64 {
-        self.lo.max(-self.hi).max(0.0)
+        larger(larger(self.lo, -self.hi), 0.0)
     }
 
     /// { |x| }, exact.
@@ -240,7 +243,7 @@ impl Interval {
     /// The intersection, exact; `None` if it is empty.
     #[inline]
     pub fn intersect(&self, other: &Self) -> Option<Self> {
-        let (lo, hi) = (self.lo.max(other.lo), self.hi.min(other.hi));
+        let (lo, hi) = (larger(self.lo, other.lo), smaller(self.hi, other.hi));
         (lo <= hi).then_some(Self { lo, hi })
     }
 
@@ -248,8 +251,8 @@ impl Interval {
     #[inline]
     pub fn hull(&self, other: &Self) -> Self {
         Self {
-            lo: self.lo.min(other.lo),
-            hi: self.hi.max(other.hi),
+            lo: smaller(self.lo, other.lo),
+            hi: larger(self.hi, other.hi),
         }
     }
 }
@@ -261,11 +264,11 @@ fn step_down(x: f64) -> f64 {
     f64::from_bits((bits - ((bits >> 63) | 1)) as u64)
 }
 
-/// The f64 next above `x`, which is neither zero nor ∞ (nor NaN). Without a branch.
+/// The f64 next above `x`, which is neither zero nor ∞ (nor NaN). Without a branch. Above −2⁻¹⁰⁷⁴ it is 0, not −0.
 #[inline]
 fn step_up(x: f64) -> f64 {
     let bits = x.to_bits() as i64;
-    f64::from_bits((bits + ((bits >> 63) | 1)) as u64)
+    f64::from_bits((bits + ((bits >> 63) | 1)) as u64) + 0.0
 }
 
 /// The rounded sum s of a and b, and in the second number the error a + b − s.
@@ -331,14 +334,16 @@ fn sign(x: f64) -> i8 {
     i8::from(x > 0.0) - i8::from(x < 0.0)
 }
 
+/// The smaller of two bounds, never −0: [`f64::min`] leaves open which of two zeros it gives.
 #[inline]
 pub(super) fn smaller(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
+    (if a < b { a } else { b }) + 0.0
 }
 
+/// The larger of two bounds, never −0.
 #[inline]
 pub(super) fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
+    (if a > b { a } else { b }) + 0.0
 }
 
 /// The product when a bound of it is zero or infinite or an argument is unbounded.
@@ -405,13 +410,16 @@ impl Mul for Interval {
             self.hi * b.lo,
             self.hi * b.hi,
         );
-        let lo = smaller(smaller(p, q), smaller(r, s));
-        let hi = larger(larger(p, q), larger(r, s));
+        // The sign of a zero does not matter here: zeros go elsewhere.
+        let least = |a: f64, b: f64| if a < b { a } else { b };
+        let most = |a: f64, b: f64| if a > b { a } else { b };
+        let lo = least(least(p, q), least(r, s));
+        let hi = most(most(p, q), most(r, s));
         let widths = (self.hi - self.lo) + (b.hi - b.lo);
         if lo != 0.0 && hi != 0.0 && widths < f64::INFINITY {
             Self {
                 lo: lo.next_down(),
-                hi: hi.next_up(),
+                hi: hi.next_up() + 0.0,
             }
         } else if self == Self::ZERO || b == Self::ZERO {
             // Common in gradients, where most derivatives are zero.
@@ -519,21 +527,24 @@ fn is_power_of_two(x: f64) -> bool {
 }
 
 /// True if the product `p` of `x` with a power of two is certainly exact.
+///
+/// An exact product below the smallest normal number is rounded to that number at most: above it nothing was
+/// rounded.
 #[inline]
 fn stays_exact(x: f64, p: f64) -> bool {
-    x == 0.0 || (f64::MIN_POSITIVE..f64::INFINITY).contains(&p.abs())
+    x == 0.0 || (f64::MIN_POSITIVE < p.abs() && p.abs() < f64::INFINITY)
 }
 
 /// Two steps below `y`, the value libm gives for a function whose result is at least `least`.
 #[inline]
 fn margin_below(y: f64, least: f64) -> f64 {
-    y.next_down().next_down().max(least)
+    larger(y.next_down().next_down(), least)
 }
 
 /// Two steps above `y`, the value libm gives for a function whose result is at most `most`.
 #[inline]
 fn margin_above(y: f64, most: f64) -> f64 {
-    y.next_up().next_up().min(most)
+    smaller(y.next_up().next_up() + 0.0, most)
 }
 
 /// The smallest and the largest integer n for which n·π/2 may lie in `x`; `None` if `x` reaches so far
@@ -568,12 +579,12 @@ fn wave(x: Interval, f: fn(f64) -> f64, top: i64) -> Interval {
     let lo = if reaches(first, last, top + 2, 4) {
         -1.0
     } else {
-        margin_below(a.min(b), -1.0)
+        margin_below(smaller(a, b), -1.0)
     };
     let hi = if reaches(first, last, top, 4) {
         1.0
     } else {
-        margin_above(a.max(b), 1.0)
+        margin_above(larger(a, b), 1.0)
     };
     Interval::trusted(lo, hi)
 }

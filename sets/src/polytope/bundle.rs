@@ -1,11 +1,12 @@
 //! Zonotope bundles: a polytope as the intersection of rotated boxes.
 //!
 //! One frame a facet normal, so the intersection is the polytope. The frames are f64 matrices C that are
-//! orthonormal up to rounding; a box is { x : C x ∈ range } for that very C, and where x is needed from C x
-//! the inverse is an interval matrix. So nothing rests on C being orthonormal.
+//! orthonormal up to rounding in units of the polytope's half-widths; a box is { x : C x ∈ range } for that very C, and
+//! where x is needed from C x the inverse is an interval matrix. So nothing rests on C being orthonormal.
 
-use super::{Polytope, axis, parallel, unit};
+use super::{Polytope, parallel, unit};
 use crate::lp::LinearProgram;
+use crate::units::of_set;
 use crate::{Interval, rounding};
 use crate::{IntervalMatrix, IntervalVector, Matrix, SetError};
 
@@ -34,7 +35,8 @@ impl Frame {
         }
     }
 
-    /// C, n × n, its rows orthonormal up to rounding.
+    /// C, n × n: C diag(u) has orthonormal rows up to rounding, u the powers of two at or below the half-widths of the
+    /// polytope's hull.
     pub fn to(&self) -> &Matrix {
         &self.to
     }
@@ -95,15 +97,20 @@ impl Polytope {
     /// normals along axes share the hull's. No two frames have the same normal; there are at most 24, and the
     /// intersection may be larger than the polytope if that is not enough.
     ///
+    /// "Orthonormal" and "largest" are meant in units of the hull's half-widths (the powers of two at or below them): a
+    /// box that is turned in a plane of metres and radians would otherwise be another one in km.
+    ///
     /// Two linear programs a row of a frame. Fails with `Empty` or `NotFinite`.
     ///
     /// Source: \[Khajenejad, Sec. II\]: polytopes and zonotope bundles are transformed into each other.
     pub fn frames(&self, lp: &mut LinearProgram) -> Result<Vec<Frame>, SetError> {
         let set = self.to_constrained_zonotope()?;
         set.load(lp)?;
+        let units = of_set(&self.hull.mid(), &self.hull.rad());
         let mut frames: Vec<Frame> = Vec::new();
+        let mut normals: Vec<Vec<f64>> = Vec::new();
         for slab in &self.slabs {
-            if axis(&slab.normal).is_some() {
+            if slab.side().is_some() {
                 if !frames.iter().any(Frame::is_identity) {
                     frames.push(Frame::identity(&self.hull));
                 }
@@ -112,17 +119,15 @@ impl Polytope {
             if frames.len() == MOST_FRAMES {
                 break;
             }
-            let Some(normal) = unit(&slab.normal) else {
+            let scaled: Vec<f64> = slab.normal.iter().zip(&units).map(|(a, u)| a * u).collect();
+            let Some(normal) = unit(&scaled) else {
                 continue;
             };
-            let known = frames
-                .iter()
-                .any(|f| !f.identity && parallel(f.to.row(0), &normal));
-            if known {
+            if normals.iter().any(|a| parallel(a, &normal)) {
                 continue;
             }
-            let to = completed(&normal)?;
-            let back = inverse(&to)?;
+            let (to, back) = in_own_units(completed(&normal)?, &units)?;
+            normals.push(normal);
             let mut range = Vec::with_capacity(to.rows());
             for i in 0..to.rows() {
                 let row = to.row(i);
@@ -143,6 +148,20 @@ impl Polytope {
         }
         Ok(frames)
     }
+}
+
+/// C diag(u)⁻¹ for a nearly orthonormal C, and an enclosure of its inverse diag(u) C⁻¹; C itself where an entry would
+/// underflow, because the enclosure is that of the very matrix returned.
+fn in_own_units(c: Matrix, units: &[f64]) -> Result<(Matrix, IntervalMatrix), SetError> {
+    let back = inverse(&c)?;
+    let n = c.rows();
+    let own = Matrix::from_fn(n, n, |i, j| c[(i, j)] / units[j]);
+    let exact = (0..n).all(|i| (0..n).all(|j| own[(i, j)] * units[j] == c[(i, j)]));
+    if !exact {
+        return Ok((c, back));
+    }
+    let own_back = IntervalMatrix::from_fn(n, n, |i, j| back[(i, j)] * units[i]);
+    Ok((own, own_back))
 }
 
 /// The rows of an orthonormal matrix that begins with `a`, rounded to nearest.

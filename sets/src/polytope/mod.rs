@@ -6,18 +6,23 @@
 //! the polytope contains the set, and it is the set up to rounding when the sweep ends. A half-space that is
 //! left out can only make it larger.
 //!
-//! `planar` and `spatial` sweep in two and three dimensions; `bundle` turns a polytope into rotated boxes.
+//! `planar` and `spatial` sweep in two and three dimensions; `thinned` bounds the number of facets, `clipped` cuts
+//! a box by them; `bundle` turns a polytope into rotated boxes.
 
 mod bundle;
+mod clipped;
 pub(crate) mod planar;
 pub(crate) mod spatial;
+mod thinned;
 
 pub use bundle::Frame;
+pub use thinned::FacetBound;
 
 use crate::interval_vector::same_dimension;
 use crate::lp::LinearProgram;
+use crate::units::{divided_rows, of_set, picked, product as product_of, times};
 use crate::{
-    ConstrainedZonotope, Containment, Interval, IntervalVector, Matrix, SetError, Zonotope,
+    ConstrainedZonotope, Containment, Interval, IntervalVector, List, Matrix, SetError, Zonotope,
 };
 use planar::Polygon;
 use spatial::Polyhedron;
@@ -25,16 +30,16 @@ use spatial::Polyhedron;
 /// The points between two parallel hyperplanes: { x : aᵀx ∈ range }.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Slab {
-    /// a, not zero.
+    /// a, not zero; of any length.
     pub normal: Vec<f64>,
     /// Where aᵀx lies.
     pub range: Interval,
 }
 
 impl Slab {
-    /// The component j if a = ±e_j.
-    fn axis(&self) -> Option<usize> {
-        axis(&self.normal)
+    /// The component j and a_j if that is the only one of a and a power of two: then the slab is a side of a box, exactly.
+    fn side(&self) -> Option<(usize, f64)> {
+        picked(&self.normal)
     }
 
     /// aᵀx over a box, rounded outward.
@@ -59,11 +64,14 @@ pub struct Polytope {
     volume: Option<f64>,
 }
 
-/// Points closer than this times the size of the set are the same vertex.
+/// Points closer than this times the size of the set, component by component, are the same vertex.
 const NEAR: f64 = 1e-10;
 
 /// Unit normals closer than this are those of one face: what rounding makes of many vertices in one plane
 /// is not to become many facets. The half-spaces left out can only make the polytope larger.
+///
+/// Normals are compared in the coordinates diag(u)⁻¹ x, u the powers of two at or below the half-widths of the set: in
+/// a state's own coordinates two faces of a set a million times longer than wide have nearly the same normal.
 const SAME_NORMAL: f64 = 1e-6;
 
 impl Polytope {
@@ -97,7 +105,7 @@ impl Polytope {
             } else {
                 Vec::new()
             },
-            volume: small.then(|| hull.widths().iter().product()),
+            volume: small.then(|| product_of(hull.widths())),
             hull: hull.clone(),
         }
     }
@@ -132,6 +140,9 @@ impl Polytope {
     /// As [`Polytope::enclosing`], with the buffers of `lp`. About two linear programs a vertex in the
     /// plane, one a vertex and one a facet in space.
     ///
+    /// Normals and points are compared in units of the set's half-widths, so that a change of the components' units by
+    /// powers of two changes slabs, vertices and volume by these factors and in no other way.
+    ///
     /// A set that is flat within 1e-10 of its size has volume 0; in space its polytope may then be larger
     /// than the set within its plane.
     ///
@@ -140,6 +151,16 @@ impl Polytope {
         set: &ConstrainedZonotope,
         lp: &mut LinearProgram,
     ) -> Result<Self, SetError> {
+        Ok(Self::swept(set, usize::MAX, lp)?.0)
+    }
+
+    /// As [`Polytope::enclosing_with`], and whether the sweep ended within `most_vertices`. If it did not, the
+    /// slabs are those of all directions asked for.
+    fn swept(
+        set: &ConstrainedZonotope,
+        most_vertices: usize,
+        lp: &mut LinearProgram,
+    ) -> Result<(Self, bool), SetError> {
         const OP: &str = "facets of a constrained zonotope";
         let n = set.dim();
         if n > 3 {
@@ -151,19 +172,21 @@ impl Polytope {
             });
         }
         if n == 1 {
-            return Ok(Self::from_box(&set.interval_hull_with(lp)?));
+            return Ok((Self::from_box(&set.interval_hull_with(lp)?), true));
         }
         let mut sweep = Sweep::new(set, lp)?;
         let near = NEAR * n as f64;
-        let (halves, points, volume) = if n == 2 {
-            let polygon = Polygon::grow(near, |d| sweep.extreme(d))?;
+        let (mut halves, points, volume, complete) = if n == 2 {
+            let most = most_vertices.min(planar::MOST_VERTICES);
+            let polygon = Polygon::grow_within(near, most, |d| sweep.extreme(d))?;
             let area = polygon.area();
-            let own = |(d, u): &([f64; 2], f64)| (sweep.direction(d), *u);
+            let own = |(d, u): &([f64; 2], f64)| sweep.half(d, *u);
             let halves: Vec<Half> = polygon.edges.iter().map(own).collect();
-            let points = polygon.points.iter().map(|p| p.to_vec()).collect();
-            (halves, points, area)
+            let points: Vec<Vec<f64>> = polygon.points.iter().map(|p| p.to_vec()).collect();
+            (halves, points, area, polygon.complete)
         } else {
-            let body = Polyhedron::grow(near, |d| sweep.extreme(d))?;
+            let most = most_vertices.min(spatial::MOST_VERTICES);
+            let body = Polyhedron::grow_within(near, most, |d| sweep.extreme(d))?;
             match body {
                 Some(body) => {
                     let volume = body.volume();
@@ -172,15 +195,19 @@ impl Polytope {
                     let used = |i: &usize| body.facets.iter().any(|f| f.corners.contains(i));
                     let points = (0..body.points.len()).filter(used);
                     (
-                        halves.map(|(d, u)| (sweep.direction(&d), u)).collect(),
+                        halves.map(|(d, u)| sweep.half(&d, u)).collect(),
                         points.map(|i| body.points[i].to_vec()).collect(),
                         volume,
+                        body.points.len() <= most,
                     )
                 }
-                None => (std::mem::take(&mut sweep.asked), Vec::new(), 0.0),
+                None => (std::mem::take(&mut sweep.asked), Vec::new(), 0.0, true),
             }
         };
-        sweep.polytope(&halves, points, volume)
+        if !complete && most_vertices < usize::MAX {
+            halves = std::mem::take(&mut sweep.asked);
+        }
+        Ok((sweep.polytope(&halves, points, volume)?, complete))
     }
 
     /// The polytope with the slabs that touch it alone, its hull tight, its vertices and volume known.
@@ -226,12 +253,8 @@ impl Polytope {
         const OP: &str = "polytope";
         let mut sides = self.hull.clone().into_sides();
         for slab in &self.slabs {
-            if let Some(j) = slab.axis() {
-                let range = if slab.normal[j] < 0.0 {
-                    -slab.range
-                } else {
-                    slab.range
-                };
+            if let Some((j, a)) = slab.side() {
+                let range = slab.range / a;
                 sides[j] = sides[j]
                     .intersect(&range)
                     .ok_or(SetError::Empty { op: OP })?;
@@ -240,7 +263,7 @@ impl Polytope {
         let inclined: Vec<Slab> = self
             .slabs
             .iter()
-            .filter(|s| s.axis().is_none())
+            .filter(|s| s.side().is_none())
             .cloned()
             .collect();
         ConstrainedZonotope::from_box(&IntervalVector::new(sides))?.within(&inclined)
@@ -252,8 +275,11 @@ impl Polytope {
         Self::new(hull, [&self.slabs[..], &other.slabs].concat())
     }
 
-    /// Whether the point that the box `x` holds is in the polytope.
+    /// Whether the point that the box `x` holds is in the polytope. `Undecided` where `x` has not n components.
     pub fn contains(&self, x: &[Interval]) -> Containment {
+        if x.len() != self.dim() {
+            return Containment::Undecided;
+        }
         let mut verdict = Containment::Inside;
         let sides = self.hull.iter().copied().zip(x.iter().copied());
         let products = self.slabs.iter().map(|s| (s.range, s.product(x)));
@@ -276,8 +302,10 @@ impl Polytope {
     pub fn of_zonotope(z: &Zonotope) -> Result<Self, SetError> {
         let n = z.dim();
         let hull = z.interval_hull()?;
+        let units = of_set(z.c(), &z.radius());
+        let scaled = divided_rows(z.g(), &units);
         let columns: Vec<Vec<f64>> = (0..z.generators())
-            .map(|j| z.g().col(j).into_vec())
+            .map(|j| scaled.col(j).into_vec())
             .collect();
         let mut normals: Vec<Vec<f64>> = Vec::new();
         let mut offer = |normal: Vec<f64>| {
@@ -309,6 +337,7 @@ impl Polytope {
         }
         let slabs = normals.into_iter().filter(|a| axis(a).is_none());
         let slabs = slabs.map(|normal| {
+            let normal = divided(&normal, &units);
             let minus: Vec<f64> = normal.iter().map(|x| -x).collect();
             let range = Interval::new(-z.support(&minus)?, z.support(&normal)?)?;
             Ok(Slab { normal, range })
@@ -318,14 +347,21 @@ impl Polytope {
     }
 }
 
-/// A half-space { x : dᵀx ≤ u }.
-type Half = (Vec<f64>, f64);
+/// A half-space { x : ownᵀx ≤ upper }.
+struct Half {
+    /// Its normal in the scaled coordinates, of length 1.
+    scaled: Vec<f64>,
+    /// The same in the set's own.
+    own: Vec<f64>,
+    upper: f64,
+}
 
-/// Supports of a set in coordinates in which its generators' box is about [−1, 1]ⁿ.
+/// Supports of a set in the coordinates diag(u)⁻¹ (x − c), u the powers of two at or below the half-widths of its
+/// generators' box. A change of units by powers of two changes none of the numbers in these coordinates.
 struct Sweep<'a> {
     set: &'a ConstrainedZonotope,
     lp: &'a mut LinearProgram,
-    scale: Vec<f64>,
+    units: List<f64>,
     /// Upper bounds on x_j and on −x_j, as they were found.
     axes: Vec<[Option<f64>; 2]>,
     /// Every direction asked for, with its bound.
@@ -335,50 +371,54 @@ struct Sweep<'a> {
 impl<'a> Sweep<'a> {
     fn new(set: &'a ConstrainedZonotope, lp: &'a mut LinearProgram) -> Result<Self, SetError> {
         set.load(lp)?;
-        let radius = set.zonotope().radius();
-        let scale = radius
-            .iter()
-            .map(|&r| if r > 0.0 { r } else { 1.0 })
-            .collect();
         Ok(Self {
             set,
             lp,
-            scale,
+            units: of_set(set.c(), &set.zonotope().radius()),
             axes: vec![[None; 2]; set.dim()],
             asked: Vec::new(),
         })
     }
 
-    /// The direction of the scaled coordinates in the set's own, of length 1; ±e_j exactly for ±e_j.
+    /// The direction `d` of the scaled coordinates in the set's own; ±e_j exactly where d is that but for rounding.
     fn direction(&self, d: &[f64]) -> Vec<f64> {
-        let raw: Vec<f64> = d.iter().zip(&self.scale).map(|(d, s)| d / s).collect();
-        if let Some(j) = axis_like(&raw) {
-            let mut e = vec![0.0; raw.len()];
-            e[j] = raw[j].signum();
-            return e;
+        match axis_like(d) {
+            Some(j) => {
+                let mut e = vec![0.0; d.len()];
+                e[j] = d[j].signum();
+                e
+            }
+            None => divided(d, &self.units),
         }
-        unit(&raw).unwrap_or(raw)
+    }
+
+    fn half(&self, d: &[f64], upper: f64) -> Half {
+        Half {
+            scaled: d.to_vec(),
+            own: self.direction(d),
+            upper,
+        }
     }
 
     /// The certified support in the direction that belongs to `d`, in the set's coordinates, and the point
     /// where it is attained, in the scaled ones.
     fn extreme<const N: usize>(&mut self, d: [f64; N]) -> Result<(f64, [f64; N]), SetError> {
         let own = self.direction(&d);
-        let upper = self.support(own)?;
-        let x = self.set.at(self.lp.point());
-        let c = self.set.c();
-        Ok((
-            upper,
-            std::array::from_fn(|i| (x[i] - c[i]) / self.scale[i]),
-        ))
+        let upper = self.support(own, &d)?;
+        let offset = self.set.g().mul_vec(self.lp.point());
+        Ok((upper, std::array::from_fn(|i| offset[i] / self.units[i])))
     }
 
-    fn support(&mut self, own: Vec<f64>) -> Result<f64, SetError> {
+    fn support(&mut self, own: Vec<f64>, scaled: &[f64]) -> Result<f64, SetError> {
         let upper = self.set.support_loaded(&own, self.lp)?;
         if let Some(j) = axis(&own) {
             self.axes[j][usize::from(own[j] < 0.0)] = Some(upper);
         }
-        self.asked.push((own, upper));
+        self.asked.push(Half {
+            scaled: scaled.to_vec(),
+            own,
+            upper,
+        });
         Ok(upper)
     }
 
@@ -394,7 +434,7 @@ impl<'a> Sweep<'a> {
                     None => {
                         let mut e = vec![0.0; n];
                         e[j] = if side == 0 { 1.0 } else { -1.0 };
-                        self.support(e)?
+                        self.support(e.clone(), &e)?
                     }
                 };
             }
@@ -412,23 +452,27 @@ impl<'a> Sweep<'a> {
     ) -> Result<Polytope, SetError> {
         let hull = self.hull()?;
         let mut slabs: Vec<Slab> = Vec::new();
-        for (i, (normal, upper)) in halves.iter().enumerate() {
-            if slabs.iter().any(|s| parallel(&s.normal, normal)) {
+        let mut taken: Vec<&[f64]> = Vec::new();
+        for (i, half) in halves.iter().enumerate() {
+            if taken.iter().any(|d| parallel(d, &half.scaled)) {
                 continue;
             }
+            let normal = &half.own;
             let range = if let Some(j) = axis(normal) {
                 if normal[j] < 0.0 { -hull[j] } else { hull[j] }
             } else {
                 let opposite = halves[i + 1..]
                     .iter()
-                    .any(|(e, _)| distance_of_sum(e, normal) < SAME_NORMAL);
+                    .any(|other| distance_of_sum(&other.scaled, &half.scaled) < SAME_NORMAL);
+                let minus = |a: &[f64]| -> Vec<f64> { a.iter().map(|x| -x).collect() };
                 let lower = if opposite {
-                    -self.support(normal.iter().map(|x| -x).collect())?
+                    -self.support(minus(normal), &minus(&half.scaled))?
                 } else {
                     product(normal, hull.as_slice()).lo()
                 };
-                ordered(lower, *upper)?
+                ordered(lower, half.upper)?
             };
+            taken.push(&half.scaled);
             slabs.push(Slab {
                 normal: normal.clone(),
                 range,
@@ -437,14 +481,14 @@ impl<'a> Sweep<'a> {
         // A set that is flat but for rounding may have vertices where the programs end beside it: the hull,
         // which is proved, bounds both.
         let back = |p: Vec<f64>| {
-            let own = p.iter().zip(&self.scale).zip(self.set.c()).zip(&hull);
-            own.map(|(((p, s), c), side)| (c + p * s).clamp(side.lo(), side.hi()))
+            let own = p.iter().zip(&self.units).zip(self.set.c()).zip(&hull);
+            own.map(|(((p, u), c), side)| (c + p * u).clamp(side.lo(), side.hi()))
                 .collect()
         };
-        let volume = volume * self.scale.iter().product::<f64>();
+        let volume = times(volume, &self.units);
         Ok(Polytope {
             vertices: points.into_iter().map(back).collect(),
-            volume: Some(volume.min(hull.widths().iter().product())),
+            volume: Some(volume.min(product_of(hull.widths()))),
             hull,
             slabs,
         })
@@ -464,11 +508,8 @@ fn ordered(lower: f64, upper: f64) -> Result<Interval, SetError> {
 /// aᵀx, rounded outward.
 fn product(a: &[f64], x: &[Interval]) -> Interval {
     let terms = a.iter().zip(x).filter(|(a, _)| **a != 0.0);
-    let mut terms = terms.map(|(&a, &x)| match a {
-        1.0 => x,
-        -1.0 => -x,
-        _ => x * Interval::point(a),
-    });
+    // Exact for any power of two, as it is for 1.
+    let mut terms = terms.map(|(&a, &x)| x * a);
     let first = terms.next().unwrap_or(Interval::ZERO);
     terms.fold(first, |sum, term| sum + term)
 }
@@ -484,7 +525,12 @@ fn unit(a: &[f64]) -> Option<Vec<f64>> {
     Some(a.iter().map(|x| x / length).collect())
 }
 
-/// Whether two unit vectors point along one line.
+/// diag(`units`)⁻¹ a.
+fn divided(a: &[f64], units: &[f64]) -> Vec<f64> {
+    a.iter().zip(units).map(|(a, u)| a / u).collect()
+}
+
+/// Whether two unit vectors of the scaled coordinates point along one line.
 fn parallel(a: &[f64], b: &[f64]) -> bool {
     let minus: Vec<f64> = b.iter().map(|x| -x).collect();
     distance_of_sum(a, b) < SAME_NORMAL || distance_of_sum(a, &minus) < SAME_NORMAL
@@ -526,15 +572,24 @@ impl ConstrainedZonotope {
     /// Encloses { x ∈ X : a_iᵀx ∈ range_i for every slab }: one row |aᵀG ξ − b| ≤ δ a slab, no generator.
     ///
     /// b and δ are the middle and the half-width of range − aᵀc, evaluated outward, and δ also takes
-    /// |a|ᵀ(r + γ_n |G| 1) for the rounding of aᵀG. The result may be empty.
+    /// |a|ᵀ(r + γ_n |G| 1) for the rounding of aᵀG. A range that is infinite on one side ends there where ⟨c, G, r⟩ does; the
+    /// whole line says nothing and gives no row. The result may be empty.
     ///
-    /// Fails with `Dimension`, or `NotFinite` at a coefficient.
+    /// Fails with `Dimension`, `NotFinite` at a coefficient, or `Empty` where a half line misses ⟨c, G, r⟩.
     pub fn within(&self, slabs: &[Slab]) -> Result<Self, SetError> {
         const OP: &str = "intersection with slabs";
         let n = self.dim();
         for slab in slabs {
             same_dimension(OP, n, slab.normal.len())?;
         }
+        let bounded: Vec<Slab>;
+        let slabs = match slabs.iter().all(|slab| slab.range.is_finite()) {
+            true => slabs,
+            false => {
+                bounded = self.bounded(slabs)?;
+                &bounded
+            }
+        };
         let normals = Matrix::from_fn(slabs.len(), n, |i, j| slabs[i].normal[j]);
         let rows = normals.mul(self.g());
         let sums = self.zonotope().abs_row_sums();
@@ -558,5 +613,27 @@ impl ConstrainedZonotope {
             Matrix::vcat(&[self.a(), &rows])
         };
         Self::with_slack(self.zonotope().clone(), a, b, delta)
+    }
+
+    /// The slabs with half lines cut where ⟨c, G, r⟩ ends, and without those of the whole line.
+    fn bounded(&self, slabs: &[Slab]) -> Result<Vec<Slab>, SetError> {
+        let hull = self.zonotope().interval_hull()?;
+        let mut bounded = Vec::with_capacity(slabs.len());
+        for slab in slabs.iter().filter(|slab| !slab.range.is_entire()) {
+            let range =
+                match slab.range.is_finite() {
+                    true => slab.range,
+                    false => slab.range.intersect(&slab.product(hull.as_slice())).ok_or(
+                        SetError::Empty {
+                            op: "intersection with slabs",
+                        },
+                    )?,
+                };
+            bounded.push(Slab {
+                normal: slab.normal.clone(),
+                range,
+            });
+        }
+        Ok(bounded)
     }
 }

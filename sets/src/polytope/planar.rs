@@ -18,13 +18,15 @@ pub(crate) struct Polygon {
     pub points: Vec<Point>,
     /// Unit normals with the upper bound on the support: one an edge, and the axes for a segment or point.
     pub edges: Vec<(Point, f64)>,
+    /// False if there were more vertices than wanted.
+    pub complete: bool,
 }
 
 /// An edge whose normal is this close to an axis has that axis for normal.
 const SAME_DIRECTION: f64 = 1e-9;
 
 /// More vertices than this are not looked for: the half-planes found until then hold the set.
-const MOST_VERTICES: usize = 2048;
+pub(crate) const MOST_VERTICES: usize = 2048;
 
 impl Polygon {
     /// The polygon of the set that `extreme` describes; points closer than `near` are the same vertex.
@@ -32,6 +34,15 @@ impl Polygon {
     /// A segment has 2 vertices, a point 1. Fails as `extreme` does.
     pub fn grow(
         near: f64,
+        extreme: impl FnMut(Point) -> Result<Extreme2, SetError>,
+    ) -> Result<Self, SetError> {
+        Self::grow_within(near, MOST_VERTICES, extreme)
+    }
+
+    /// As [`Polygon::grow`]; no more than `most` vertices are looked for.
+    pub fn grow_within(
+        near: f64,
+        most: usize,
         mut extreme: impl FnMut(Point) -> Result<Extreme2, SetError>,
     ) -> Result<Self, SetError> {
         let mut points: Vec<Point> = Vec::new();
@@ -47,12 +58,13 @@ impl Polygon {
             return Ok(Self {
                 points,
                 edges: axes,
+                complete: true,
             });
         }
         let mut edges: Vec<(Point, f64)> = Vec::new();
         // Every edge is either confirmed or split in two. A split adds a vertex that is beyond the edge and
         // is not there yet: where rounding puts an old vertex beyond an edge, the edge stays as it is.
-        let mut edge = 0;
+        let (mut edge, mut complete) = (0, true);
         while edge < points.len() {
             let (p, q) = (points[edge], points[(edge + 1) % points.len()]);
             let length = distance(p, q);
@@ -68,7 +80,9 @@ impl Polygon {
             let (upper, v) = extreme(normal)?;
             let beyond = normal[0] * (v[0] - p[0]) + normal[1] * (v[1] - p[1]);
             let is_new = || points.iter().all(|p| distance(*p, v) > near);
-            if beyond > near && points.len() < MOST_VERTICES && is_new() {
+            let splits = beyond > near && is_new();
+            complete &= !splits || points.len() < most;
+            if splits && points.len() < most {
                 points.insert(edge + 1, v);
             } else {
                 edges.push((normal, upper));
@@ -81,6 +95,7 @@ impl Polygon {
         Ok(Self {
             points: without_straight_corners(points, near),
             edges,
+            complete,
         })
     }
 
@@ -94,6 +109,7 @@ impl Polygon {
             .map(|(a, b)| 0.5 * (a[0] * b[1] - a[1] * b[0]))
             .sum::<f64>()
             .max(0.0)
+            + 0.0
     }
 }
 

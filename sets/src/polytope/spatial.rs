@@ -55,7 +55,7 @@ pub(crate) struct Polyhedron {
 const SLIVER: f64 = 1e-8;
 
 /// A body with more vertices than this is left as it is; its half-spaces hold all the same.
-const MOST_VERTICES: usize = 1000;
+pub(crate) const MOST_VERTICES: usize = 1000;
 
 /// Normals closer than this, of triangles with the same offset, are those of one face.
 const SAME_FACE: f64 = 1e-9;
@@ -67,6 +67,16 @@ impl Polyhedron {
     /// confirmed with it. Fails as `extreme` does.
     pub fn grow(
         near: f64,
+        extreme: impl FnMut(Point) -> Result<Extreme3, SetError>,
+    ) -> Result<Option<Self>, SetError> {
+        Self::grow_within(near, MOST_VERTICES, extreme)
+    }
+
+    /// As [`Polyhedron::grow`]; with more than `most` vertices every triangle is left as it is, and below
+    /// [`MOST_VERTICES`] not even asked for.
+    pub fn grow_within(
+        near: f64,
+        most: usize,
         mut extreme: impl FnMut(Point) -> Result<Extreme3, SetError>,
     ) -> Result<Option<Self>, SetError> {
         let Some(points) = tetrahedron(near, |d| extreme(d).map(|(_, x)| x))? else {
@@ -101,7 +111,10 @@ impl Polyhedron {
                 continue;
             }
             body.points.push(v);
-            if body.points.len() > MOST_VERTICES || !body.replace_seen(next, near) {
+            if body.points.len() > most && most < MOST_VERTICES {
+                break;
+            }
+            if body.points.len() > most || !body.replace_seen(next, near) {
                 body.facets[next].confirmed = Some((normal, upper));
             }
         }
@@ -122,7 +135,7 @@ impl Polyhedron {
             let [a, b, c] = f.corners.map(|i| minus(self.points[i], o));
             dot(a, cross(b, c)) / 6.0
         };
-        self.facets.iter().map(cone).sum::<f64>().max(0.0)
+        self.facets.iter().map(cone).sum::<f64>().max(0.0) + 0.0
     }
 
     /// Replaces the facets that the last point sees, and that hang together with facet `from`, by triangles to

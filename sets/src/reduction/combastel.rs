@@ -9,7 +9,8 @@ use crate::{List, Matrix, SetError, Zonotope, ops};
 /// Encloses `z` in a zonotope of at most `generators` generators.
 ///
 /// Keeps the `generators` − n columns of greatest ‖g‖₂ as K, in their order, and boxes the rest, L:
-/// ⟨c, G, r⟩ ⊆ ⟨c, [K, diag(⌈|L| 1 + r⌉)], 0⟩. Of equally long columns those of lower index are kept.
+/// ⟨c, G, r⟩ ⊆ ⟨c, [K, diag(⌈|L| 1 + r⌉)], 0⟩. Of equally long columns those of lower index are kept. Which are long
+/// depends on the components' units.
 ///
 /// Contains `z`; `z` itself, r included, if p ≤ `generators`. The interval hull is that of `z` up to
 /// rounding. Fails with `Range` if `generators` < n.

@@ -9,7 +9,8 @@ use crate::{List, Matrix, SetError, Zonotope, ops};
 ///
 /// Keeps the `generators` − n columns of greatest ‖g‖₁ − ‖g‖∞ as K, in their order, and boxes the
 /// rest, L: ⟨c, G, r⟩ ⊆ ⟨c, [K, diag(⌈|L| 1 + r⌉)], 0⟩. The key is 0 for a column along an axis, which a
-/// box encloses exactly. Of equal keys those of lower index are kept.
+/// box encloses exactly. Of equal keys those of lower index are kept. The key depends on the components' units:
+/// [`reduce_scaled`].
 ///
 /// Contains `z`; `z` itself, r included, if p ≤ `generators`. The interval hull is that of `z` up to
 /// rounding. Fails with `Range` if `generators` < n.

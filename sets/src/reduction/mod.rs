@@ -2,6 +2,11 @@
 //!
 //! One method, one paper, one file. All of them keep some generators as they are and put the rest into
 //! a box; they differ in the key by which a generator is worth keeping. That common part is here.
+//! These keys are norms over the components of a generator, as are the block of [`yang_scott`] and the scores of [`scott`]:
+//! by their definitions they add lengths to angles, and which generators are kept depends on the components' units. Where
+//! it should not, reduce in units of the state ([`Zonotope::divided_by`]; the setting `scale` of the estimators), or by
+//! [`girard::reduce_scaled`]. [`parallel`] compares no components.
+//!
 //! Each method has two faces: `reduce` for sets, sound under rounding, and `reduce_columns` for bare
 //! generator matrices, rounded to nearest, for filters that guarantee nothing.
 

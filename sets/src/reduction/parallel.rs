@@ -5,9 +5,12 @@
 //! the prediction with an interval matrix makes such lists [dePaula, Prop. 1].
 
 use crate::rounding::{U, gamma, up};
-use crate::{List, Matrix, SetError, Zonotope, ops};
+use crate::{List, Matrix, SetError, Zonotope, ops, units};
 
 /// Encloses `z` with generators merged that are parallel up to `tolerance`.
+///
+/// Rows are taken in units of their own, the powers of two at or below their greatest entries, so that the units of the
+/// components do not matter; what follows is about the rows in these units.
 ///
 /// A generator's direction is q = g / g_m with m the first row of greatest |g|, so q_m = 1. Generators
 /// of the same m whose directions differ by at most `tolerance` in every row are merged into S q, with
@@ -27,19 +30,25 @@ pub fn merge(z: &Zonotope, tolerance: f64) -> Result<Zonotope, SetError> {
             got: tolerance,
         });
     }
-    let (g, remainder) = merged(z.g(), tolerance);
-    let r: List<f64> = z
+    let largest = |i: usize| z.g().row(i).iter().fold(0.0_f64, |l, x| l.max(x.abs()));
+    let largest: List<f64> = (0..z.dim()).map(largest).collect();
+    let units = units::of_set(z.c(), &largest);
+    let scaled = z.divided_by(&units)?;
+    let (g, remainder) = merged(scaled.g(), tolerance);
+    let r: List<f64> = scaled
         .r()
         .iter()
         .zip(&remainder)
         .map(|(&r, &e)| if e == 0.0 { r } else { up(r + e, 1) })
         .collect();
-    Zonotope::checked(OP, z.c(), g, r)
+    Zonotope::checked(OP, scaled.c(), g, r)?.multiplied_by(&units)
 }
 
 /// The columns of [`merge`] of a bare matrix; the remainder, at most `tolerance` · S and rounding, is lost.
 pub fn merge_columns(g: &Matrix, tolerance: f64) -> Matrix {
-    merged(g, tolerance).0
+    let units = units::of_rows(g);
+    let (merged, _) = merged(&units::divided_rows(g, &units), tolerance);
+    units::multiplied_rows(&merged, &units)
 }
 
 /// The merged columns and the remainder of each row, rounded up.
@@ -177,10 +186,15 @@ mod tests {
 
     #[test]
     fn what_two_directions_differ_by_goes_to_the_box() {
-        let g = Matrix::from_rows(&[[2.0, 2.0], [0.0, 0.5]]).unwrap();
+        // In units of the rows, 2 and 4, the directions are (1, 0), (1, ⅛), (0, 1).
+        let g = Matrix::from_rows(&[[2.0, 2.0, 0.0], [0.0, 0.5, 4.0]]).unwrap();
         let z = Zonotope::new(vec![0.0; 2], g).unwrap();
+        assert_eq!(merge(&z, 0.1).unwrap().generators(), 3);
         let merged = merge(&z, 0.25).unwrap();
-        assert_eq!(merged.g(), &Matrix::column(&[4.0, 0.0]));
+        assert_eq!(
+            merged.g(),
+            &Matrix::from_rows(&[[4.0, 0.0], [0.0, 4.0]]).unwrap()
+        );
         assert!(merged.r()[1] >= 0.5 && merged.r()[1] < 0.5 + 1e-14);
         assert!(merge(&z, -1.0).is_err());
         assert!(merge(&z, f64::NAN).is_err());

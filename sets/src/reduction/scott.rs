@@ -36,7 +36,8 @@ const SHRINK: f64 = 1e-13;
 
 /// Encloses `x` in a set of at most `constraints` constraints, then of at most `generators` generators.
 ///
-/// [`eliminate_constraints`], then [`reduce_generators`]. Contains `x`. Fails with `Empty` if `x` is proved
+/// [`eliminate_constraints`], then [`reduce_generators`]; both depend on the components' units, and the second on those of
+/// the constraints' rows ([`ConstrainedZonotope::divided_by`] gives both others). Contains `x`. Fails with `Empty` if `x` is proved
 /// empty on the way, with `Range` if `generators` < n + the constraints left.
 pub fn reduce(
     x: &ConstrainedZonotope,
@@ -147,6 +148,9 @@ pub fn coordinate_bounds(x: &ConstrainedZonotope) -> Result<List<Interval>, SetE
 /// removal moves the set least: the least ‖G d_j‖₂ for the d_j that minimises ‖G d‖² + ‖d‖² with A d = 0,
 /// d_j = r_j; of equal scores the first; (5) ξ_j is expressed by the row in which its coefficient is largest
 /// beside the row's pivot, and both go.
+///
+/// The scores ‖G d_j‖₂ compare components and d with G d: they depend on the components' units. All else here does not,
+/// nor on those of the constraints.
 ///
 /// Contains `x`; `x` itself if it has no more constraints. Fails with `Empty` if `x` is proved empty.
 ///

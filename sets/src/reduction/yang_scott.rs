@@ -21,6 +21,9 @@ use crate::{List, Matrix, SetError, Zonotope, ops};
 /// r' = ⌈r + u |T'| 1 + Σ_k (|fl(g_k − T ρ_k)| + γ_{n+1}(|g_k| + |T| |ρ_k|))⌉ over the generators absorbed:
 /// g_k = T ρ_k + remainder holds for whatever ρ_k was computed. The rest keeps its order.
 ///
+/// The block depends on the components' units, because I stands beside G in the elimination; with the block given, the
+/// rest does not.
+///
 /// Contains `z`; `z` itself if p ≤ `generators`. Without an invertible block the reduction is Girard's.
 /// Fails with `Range` if `generators` < n.
 pub fn reduce(z: &Zonotope, generators: usize) -> Result<Zonotope, SetError> {

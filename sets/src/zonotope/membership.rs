@@ -12,7 +12,7 @@
 use super::Zonotope;
 use crate::matrix::{abs_sum, dot};
 use crate::rounding::{gamma, up};
-use crate::{Containment, Interval, List, Matrix};
+use crate::{Containment, Interval, List, Matrix, units};
 
 /// How often the two projections are taken.
 const ROUNDS: usize = 100;
@@ -27,6 +27,27 @@ impl Zonotope {
     /// it, both of which are sound. `Undecided` near the boundary, and where the generators do not span
     /// the space.
     pub(super) fn contains_by_projection(&self, offset: &[Interval]) -> Containment {
+        // Distances add components, so they are taken in units of the rows, where that is exact.
+        let units = units::of_rows(&self.g);
+        let g = units::divided_rows(&self.g, &units);
+        if units::multiplied_rows(&g, &units) != self.g {
+            return self.contains_in_units(offset);
+        }
+        let radius = self.r.iter().zip(&units);
+        let scaled = Self {
+            c: List::filled(0.0, self.dim()),
+            g,
+            r: radius
+                .map(|(r, u)| units::moved_up(*r, 1.0 / u, 0.0))
+                .collect(),
+        };
+        let offset = offset.iter().zip(&units);
+        let offset: List<Interval> = offset.map(|(&o, u)| o * (1.0 / u)).collect();
+        scaled.contains_in_units(&offset)
+    }
+
+    /// The same with components compared as they are; c does not enter.
+    fn contains_in_units(&self, offset: &[Interval]) -> Containment {
         let (n, p) = (self.dim(), self.generators());
         // K' = (G Gᵀ)⁻¹ G: the least ξ with G ξ = e is K e.
         let Ok(k) = self.g.gram().solve_positive_definite(&self.g) else {

@@ -257,6 +257,8 @@ impl Zonotope {
         if terms + usize::from(self.r[i] != 0.0) <= 1 {
             sum
         } else {
+            // A sum that overflows had reached MAX before its roundings, which γ bounds.
+            let sum = sum.min(f64::MAX);
             (sum * (1.0 - 2.0 * gamma(depth))).next_down().max(0.0)
         }
     }

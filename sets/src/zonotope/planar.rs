@@ -6,7 +6,7 @@
 
 use super::{Zonotope, same};
 use crate::rounding::gamma;
-use crate::{Containment, Interval, List, Matrix, SetError};
+use crate::{Containment, Interval, List, Matrix, SetError, units};
 
 impl Zonotope {
     /// The vertices of a zonotope of the plane, counter-clockwise from the lowest (of two lowest, the
@@ -17,7 +17,10 @@ impl Zonotope {
     /// measuring, not a bound; r does not enter. Fails with `Dimension` unless n = 2.
     pub fn vertices(&self) -> Result<Vec<[f64; 2]>, SetError> {
         same("vertices", 2, self.dim())?;
-        let edges = edges(sorted(upper_half(&self.g)));
+        // In units of the rows no product of two components overflows or vanishes.
+        let units = units::of_rows(&self.g);
+        let scaled = upper_half(&units::divided_rows(&self.g, &units));
+        let edges = edges(sorted(scaled, &[1.0, 1.0]));
         let [x, y] = [self.c[0], self.c[1]];
         if edges.is_empty() {
             return Ok(vec![[x, y]]);
@@ -30,20 +33,23 @@ impl Zonotope {
             offsets.push(offset);
             offset = [offset[0] + 2.0 * e[0], offset[1] + 2.0 * e[1]];
         }
-        let there = offsets.iter().map(|o| [x + o[0], y + o[1]]);
-        let back = offsets.iter().map(|o| [x - o[0], y - o[1]]);
+        let own = |o: &[f64; 2]| [o[0] * units[0], o[1] * units[1]];
+        let there = offsets.iter().map(own).map(|o| [x + o[0], y + o[1]]);
+        let back = offsets.iter().map(own).map(|o| [x - o[0], y - o[1]]);
         Ok(there.chain(back).collect())
     }
 
     /// The area of ⟨c, G⟩ in the plane, 4 Σ_{i<j} |det(g_i, g_j)|, from the sums of the sorted generators.
     pub(super) fn area(&self) -> f64 {
+        let units = units::of_rows(&self.g);
         let mut before = [0.0, 0.0];
         let mut area = 0.0;
-        for h in sorted(upper_half(&self.g)) {
+        let scaled = upper_half(&units::divided_rows(&self.g, &units));
+        for h in sorted(scaled, &[1.0, 1.0]) {
             area += (before[0] * h[1] - before[1] * h[0]).max(0.0);
             before = [before[0] + h[0], before[1] + h[1]];
         }
-        4.0 * area
+        units::times(4.0 * area, &units)
     }
 
     /// Whether the set contains c + o for every o in the box `offset`, n = 2.
@@ -56,7 +62,7 @@ impl Zonotope {
     /// the one normal that separates best.
     pub(super) fn contains_planar(&self, offset: &[Interval]) -> Containment {
         let folded = Matrix::hcat(&[&self.g, &super::box_columns(&self.r)]);
-        let sorted = sorted(upper_half(&folded));
+        let sorted = sorted(upper_half(&folded), &units::of_rows(&folded));
         let mut prefix = Vec::with_capacity(sorted.len() + 1);
         prefix.push([0.0, 0.0]);
         for (j, h) in sorted.iter().enumerate() {
@@ -78,7 +84,8 @@ impl Zonotope {
             let least = (vertex(0) * d[0] + vertex(1) * d[1]).lo();
             let reach = (offset[0] * d[0] + offset[1] * d[1]).abs();
             inside &= reach.hi() <= least;
-            let excess = (reach.lo() - least) / (d[0].abs() + d[1].abs());
+            // Beside the largest that reach can be in the set, whatever the units.
+            let excess = (reach.lo() - least) / (d[0].abs() * radius[0] + d[1].abs() * radius[1]);
             if excess > best.map_or(0.0, |(e, _)| e) {
                 best = Some((excess, d));
             }
@@ -116,12 +123,14 @@ fn upper_half(g: &Matrix) -> Vec<[f64; 2]> {
     turned
 }
 
-/// Sorted by angle. The key is a quotient rounded once (and a sum rounded once), hence monotone in the
-/// angle: only generators of the same rounded slope can be out of order.
-fn sorted(mut generators: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+/// Sorted by their angle in `units`. The key is a quotient rounded once (and a sum rounded once), hence monotone in the
+/// angle: only generators of the same rounded slope can be out of order. Many would be in a set much longer than wide,
+/// where all slopes are near 0: hence the units.
+fn sorted(mut generators: Vec<[f64; 2]>, units: &[f64]) -> Vec<[f64; 2]> {
     // Up to so many, counting the keys before each one is faster than sorting them.
     const FEW: usize = 64;
     let key = |&[x, y]: &[f64; 2]| {
+        let (x, y) = (x / units[0], y / units[1]);
         if x >= y {
             y / x
         } else if x > -y {
@@ -171,6 +180,28 @@ fn edges(sorted: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_hexagon_is_one_at_any_size() {
+        for (s, t) in [
+            (1.0, 1.0),
+            (1e160, 1e160),
+            (1e-170, 1e-170),
+            (1e160, 1e-170),
+            (1e3, 1e-3),
+        ] {
+            let z = zonotope([0.0, 0.0], &[&[s, 0.0, s], &[0.0, t, t]]);
+            let v = z.vertices().unwrap();
+            assert_eq!(v.len(), 6, "{s:e} {t:e}");
+            assert!(
+                v.contains(&[2.0 * s, 2.0 * t]) && v.contains(&[2.0 * s, 0.0]),
+                "{v:?}"
+            );
+            if s * t > 0.0 && s * t < 1e300 {
+                assert!((z.volume().unwrap() / (12.0 * (s * t)) - 1.0).abs() < 1e-15);
+            }
+        }
+    }
 
     fn zonotope(c: [f64; 2], rows: &[&[f64]]) -> Zonotope {
         Zonotope::new(c.to_vec(), Matrix::from_rows(rows).unwrap()).unwrap()

@@ -1,7 +1,7 @@
 //! The volume of a zonotope: a sum over all parallelepipeds that n of its generators span.
 
 use super::Zonotope;
-use crate::Matrix;
+use crate::{Matrix, units};
 
 /// The most determinants that [`Zonotope::volume`] evaluates.
 pub const MOST_DETERMINANTS: u64 = 1_000_000;
@@ -21,7 +21,13 @@ impl Zonotope {
             2 => Some(self.area()),
             _ if p < n => Some(0.0),
             _ if binomial(p, n)? > MOST_DETERMINANTS => None,
-            _ => Some((0..n).fold(sum_of_minors(&self.g), |volume, _| 2.0 * volume)),
+            _ => {
+                // Pivots compare rows: in units of their own.
+                let units = units::of_rows(&self.g);
+                let minors = sum_of_minors(&units::divided_rows(&self.g, &units));
+                let volume = (0..n).fold(minors, |volume, _| 2.0 * volume);
+                Some(units::times(volume, &units))
+            }
         }
     }
 }
@@ -97,6 +103,14 @@ mod tests {
         let g = Matrix::hcat(&[&Matrix::identity(3), &Matrix::column(&[1.0, 1.0, 1.0])]);
         let z = Zonotope::new(vec![0.0; 3], g).unwrap();
         assert_eq!(z.volume(), Some(8.0 * 4.0));
+    }
+
+    #[test]
+    fn the_volume_does_not_vanish_on_the_way() {
+        let s = [1e-170, 1e-170, 1e300, 1e50];
+        let g = Matrix::from_fn(4, 5, |i, j| s[i] * f64::from(u8::from(i == j || j == 4)));
+        let z = Zonotope::new(vec![0.0; 4], g).unwrap();
+        assert!((z.volume().unwrap() / (16.0 * 5.0 * 1e10) - 1.0).abs() < 1e-14);
     }
 
     #[test]

@@ -174,7 +174,7 @@ impl Source {
 
     /// A power of ten between 10^-e and 10^e.
     pub fn scale(&mut self, e: f64) -> f64 {
-        10f64.powf(e * self.sym())
+        libm::pow(10.0, e * self.sym())
     }
 
     pub fn vector(&mut self, n: usize) -> Vec<f64> {

@@ -7,7 +7,8 @@ use std::sync::OnceLock;
 use zonobench_sets::lp::{LinearProgram, Work};
 use zonobench_sets::number::{Function, Real};
 use zonobench_sets::{
-    ConstrainedZonotope, Interval, IntervalVector, Matrix, Polytope, SetError, Slab, Zonotope,
+    ConstrainedZonotope, FacetBound, Interval, IntervalVector, Matrix, Polytope, SetError, Slab,
+    Zonotope,
 };
 
 /// A polytope that contains x_k: a constrained zonotope with slack, its hull, and, made when first asked
@@ -18,6 +19,9 @@ pub struct PolytopeBelief {
     pub(super) hull: IntervalVector,
     /// Slabs that hold the set and that no program was solved for: those of the last measurement.
     pub(super) strips: Vec<Slab>,
+    /// Where all facets of the set are among known slabs: those.
+    pub(super) half_spaces: Option<Vec<Slab>>,
+    facets: FacetBound,
     outline: OnceLock<Result<Polytope, SetError>>,
     work: Work,
 }
@@ -27,6 +31,8 @@ impl PolytopeBelief {
     pub(super) fn new(
         set: ConstrainedZonotope,
         strips: Vec<Slab>,
+        half_spaces: Option<Vec<Slab>>,
+        facets: FacetBound,
         lp: &mut LinearProgram,
     ) -> Result<Self, SetError> {
         let hull = set.interval_hull_with(lp)?;
@@ -34,6 +40,8 @@ impl PolytopeBelief {
             set,
             hull,
             strips,
+            half_spaces,
+            facets,
             outline: OnceLock::new(),
             work: lp.work(),
         })
@@ -45,17 +53,25 @@ impl PolytopeBelief {
             set: ConstrainedZonotope::from_box(&self.hull)?,
             hull: self.hull.clone(),
             strips: Vec::new(),
+            half_spaces: Some(Vec::new()),
+            facets: self.facets,
             outline: OnceLock::from(Ok(Polytope::from_box(&self.hull))),
             work: self.work,
         })
     }
 
     /// A polytope whose facets are known.
-    pub(super) fn known(polytope: Polytope, lp: &LinearProgram) -> Result<Self, SetError> {
+    pub(super) fn known(
+        polytope: Polytope,
+        facets: FacetBound,
+        lp: &LinearProgram,
+    ) -> Result<Self, SetError> {
         Ok(Self {
             set: polytope.to_constrained_zonotope()?,
             hull: polytope.hull().clone(),
             strips: Vec::new(),
+            half_spaces: Some(polytope.slabs().to_vec()),
+            facets,
             outline: OnceLock::from(Ok(polytope)),
             work: lp.work(),
         })
@@ -66,10 +82,16 @@ impl PolytopeBelief {
         &self.set
     }
 
-    /// Facets, vertices and volume. Fails with `Range` above three dimensions.
+    /// Facets, vertices and volume: of the set, or, where it has more facets than the filter keeps, of the
+    /// polytope of those that cut most. Fails with `Range` above three dimensions.
     pub fn outline(&self) -> Result<&Polytope, SetError> {
         self.outline
-            .get_or_init(|| Polytope::enclosing(&self.set))
+            .get_or_init(|| {
+                let known = self.half_spaces.clone();
+                let known = known.map(|slabs| Polytope::new(self.hull.clone(), slabs));
+                let (known, mut lp) = (known.transpose()?, LinearProgram::new());
+                Polytope::enclosing_at_most(&self.set, known.as_ref(), self.facets, &mut lp)
+            })
             .as_ref()
             .map_err(Clone::clone)
     }
@@ -83,15 +105,17 @@ impl Belief for PolytopeBelief {
     fn interval_hull(&self) -> Option<IntervalVector> {
         Some(self.hull.clone())
     }
-    /// By the facets up to three dimensions, which needs no program; else by the constrained zonotope.
+    /// Of [`PolytopeBelief::set`]. The hull and, up to three dimensions, the outline, which contain it, may show without a
+    /// program that `x` is outside.
     fn contains(&self, x: &[Interval]) -> Containment {
-        if box_contains(&self.hull, x) == Containment::Outside {
+        let outside = box_contains(&self.hull, x) == Containment::Outside
+            || self
+                .outline()
+                .is_ok_and(|outline| outline.contains(x) == Containment::Outside);
+        if outside {
             return Containment::Outside;
         }
-        match self.outline() {
-            Ok(outline) => outline.contains(x),
-            Err(_) => self.set.contains(x).unwrap_or(Containment::Undecided),
-        }
+        self.set.contains(x).unwrap_or(Containment::Undecided)
     }
     fn covariance(&self) -> Option<&Matrix> {
         None

@@ -2,7 +2,7 @@
 
 use super::belief::{Equation, NoiseArgument, PolytopeBelief, Side};
 use super::image::{Coordinates, beside, image, intersection, lift};
-use super::{Carry, PolytopeFilterSettings, Start};
+use super::{Carry, PolytopeFilterSettings, Start, facet_bound};
 use crate::error::finite_vector;
 use crate::estimator::Measurement;
 use crate::estimators::linear_output::check_measurement;
@@ -16,9 +16,10 @@ use crate::system::{AnySystem, System};
 use crate::{EstimationError, Problem};
 use zonobench_sets::interval_matrix::{jacobian_over, real_dot};
 use zonobench_sets::lp::LinearProgram;
+use zonobench_sets::units::picked;
 use zonobench_sets::{
-    ConstrainedZonotope, Frame, Interval, IntervalMatrix, IntervalVector, Matrix, Polytope,
-    SetError, Slab,
+    ConstrainedZonotope, FacetBound, Frame, Interval, IntervalMatrix, IntervalVector, Matrix,
+    Polytope, SetError, Slab,
 };
 
 /// One way to propagate a polytope.
@@ -59,6 +60,7 @@ pub(super) struct PolytopeFilter {
     method: Method,
     start: Start,
     carry: Carry,
+    facets: FacetBound,
 }
 
 impl PolytopeFilter {
@@ -83,8 +85,8 @@ impl PolytopeFilter {
             (None, true) => Carry::Facets,
             (None, false) => Carry::Hull,
         };
-        let facets = carry == Carry::Facets || !matches!(method, Method::Lift { .. });
-        if facets && n > 3 {
+        let needs_facets = carry == Carry::Facets || !matches!(method, Method::Lift { .. });
+        if needs_facets && n > 3 {
             return Err(unsupported(
                 "more than three states",
                 format!(
@@ -92,6 +94,7 @@ impl PolytopeFilter {
                 ),
             ));
         }
+        let facets = facet_bound(kind, settings, carry)?;
         let at = EstimationError::at(0, "assumed set");
         let set = |key, part| set_of(kind, key, part);
         let hull_of = |part: &crate::Uncertain, set: &ConstrainedZonotope| match part.constraints {
@@ -105,7 +108,7 @@ impl PolytopeFilter {
             kind,
             w_hull: hull_of(&problem.w, &w).map_err(&at)?,
             v_hull: hull_of(&problem.v, &v).map_err(&at)?,
-            prior: PolytopeBelief::new(prior, Vec::new(), &mut LinearProgram::new())
+            prior: PolytopeBelief::new(prior, Vec::new(), None, facets, &mut LinearProgram::new())
                 .map_err(&at)?,
             w,
             v,
@@ -116,6 +119,7 @@ impl PolytopeFilter {
             method,
             start: settings.start,
             carry,
+            facets,
         })
     }
 
@@ -165,14 +169,18 @@ impl PolytopeFilter {
         let (_, j) = jacobian_over(&f, &IntervalVector::stack(&[over, &from_zero])).map_err(&at)?;
         let d = j.select_columns(&(self.n..self.n + hull.dim()).collect::<Vec<_>>());
         if d.as_slice().iter().any(|e| e.rad() > CONSTANT * e.mag()) {
-            return Coordinates::of(set).map(Noise::General).map_err(at);
+            if set.generators() == 0 {
+                return Ok(Noise::General(None));
+            }
+            return Coordinates::of(set)
+                .map(|c| Noise::General(Some(c)))
+                .map_err(at);
         }
         let middle = d.mid();
         let mut range = IntervalMatrix::from(&middle).mul_vec(hull);
-        let mut image = if is_identity(&middle) {
-            set.clone()
-        } else {
-            set.linear_map(&middle).map_err(&at)?
+        let mut image = match powers(&middle) {
+            Some(powers) => set.multiplied_by(&powers).map_err(&at)?,
+            None => set.linear_map(&middle).map_err(&at)?,
         };
         if d.as_slice().iter().any(|e| !e.is_point()) {
             range = d.mul_vec(hull);
@@ -191,7 +199,10 @@ impl PolytopeFilter {
         finite_vector("input u", u, self.n_u)?;
         let at = EstimationError::at(k, "prediction");
         let from = match self.carry {
-            Carry::Facets => belief.outline().map_err(&at)?.clone(),
+            Carry::Facets => {
+                let outline = belief.outline().map_err(&at)?;
+                outline.thinned(self.facets.kept)
+            }
             Carry::Hull => {
                 Polytope::new(belief.hull.clone(), belief.strips.clone()).map_err(&at)?
             }
@@ -201,20 +212,20 @@ impl PolytopeFilter {
             Noise::General(noise) => (
                 ConstrainedZonotope::point(&vec![0.0; self.n]).map_err(&at)?,
                 NoiseArgument::Generators(self.w.zonotope()),
-                Some(noise),
+                noise,
             ),
         };
         let mut lp = LinearProgram::new();
         let f = self.equation(Side::Dynamics, k - 1, u, argument);
         let moved = match &self.method {
             Method::Lift { recipe } => lift(&f, &from, noise.as_ref(), *recipe, &w)
-                .and_then(|set| PolytopeBelief::new(set, Vec::new(), &mut lp)),
+                .and_then(|set| PolytopeBelief::new(set, Vec::new(), None, self.facets, &mut lp)),
             Method::Intersection(members) => {
                 let mut images = Vec::new();
                 for member in members {
                     images.extend(self.images(k, member, &f, &from, noise.as_ref(), &mut lp)?);
                 }
-                intersection(images, &w, &mut lp)
+                intersection(images, &w, self.facets, &mut lp)
             }
         };
         moved.map_err(at)
@@ -290,8 +301,7 @@ impl PolytopeFilter {
         let at = EstimationError::at(k, "update");
         let mut updated = belief.clone();
         if y.iter().any(Option::is_some) {
-            let (set, strips) = self.corrected(k, belief, u, y)?;
-            updated = PolytopeBelief::new(set, strips, &mut LinearProgram::new()).map_err(&at)?;
+            updated = self.corrected(k, belief, u, y)?;
         }
         if k == 0 && self.start == Start::Hull {
             updated = updated.boxed().map_err(&at)?;
@@ -299,7 +309,7 @@ impl PolytopeFilter {
         Ok(updated)
     }
 
-    /// The set cut by what was measured, and slabs of x that hold it.
+    /// The set cut by what was measured.
     ///
     /// Of every relation h_i(x, 0) − M x ∈ \[lo, hi\] the slab M x ∈ y_i − D v − \[lo, hi\] where D V is a box;
     /// else the slab M x + N η ∈ y_i − \[lo, hi\] of x and one η of V, projected: the rows share it.
@@ -309,12 +319,12 @@ impl PolytopeFilter {
         belief: &PolytopeBelief,
         u: &[f64],
         y: Measurement,
-    ) -> Result<(ConstrainedZonotope, Vec<Slab>), EstimationError> {
+    ) -> Result<PolytopeBelief, EstimationError> {
         let at = EstimationError::at(k, "update");
         let noise = self.noise_over(Side::Output, k, u, &belief.hull)?;
         let (argument, coordinates) = match &noise {
             Noise::Added { .. } => (NoiseArgument::Zero, None),
-            Noise::General(c) => (NoiseArgument::Generators(self.v.zonotope()), Some(c)),
+            Noise::General(c) => (NoiseArgument::Generators(self.v.zonotope()), c.as_ref()),
         };
         let mu = self.equation(Side::Output, k, u, argument);
         let (mut strips, mut joint): (Vec<Slab>, Vec<Slab>) = (Vec::new(), Vec::new());
@@ -324,7 +334,8 @@ impl PolytopeFilter {
             let (of_x, of_noise) = relation.linear.split_at(self.n);
             let spread = match &noise {
                 Noise::Added { range, .. } => range[i],
-                Noise::General(c) => real_dot(Interval::ZERO, of_noise, c.range.as_slice()),
+                Noise::General(Some(c)) => real_dot(Interval::ZERO, of_noise, c.range.as_slice()),
+                Noise::General(None) => Interval::ZERO,
             };
             let slab = Slab {
                 normal: of_x.to_vec(),
@@ -346,7 +357,7 @@ impl PolytopeFilter {
         let beside = match &noise {
             Noise::Added { image, .. } if is_box(image) => None,
             Noise::Added { image, .. } => Some(image),
-            Noise::General(c) => Some(&c.set),
+            Noise::General(c) => c.as_ref().map(|c| &c.set),
         };
         let set = match beside {
             None => belief.set.within(&strips),
@@ -355,7 +366,13 @@ impl PolytopeFilter {
                 both.and_then(|both| both.components(0..self.n))
             }
         };
-        Ok((set.map_err(at)?, strips))
+        let half_spaces = match (beside, &belief.half_spaces) {
+            (None, Some(known)) => Some([&known[..], &strips].concat()),
+            _ => None,
+        };
+        let mut lp = LinearProgram::new();
+        set.and_then(|set| PolytopeBelief::new(set, strips, half_spaces, self.facets, &mut lp))
+            .map_err(at)
     }
 
     /// All relations h_i − M (x, η) ∈ remainder, with their row i.
@@ -421,8 +438,8 @@ enum Noise {
         /// Its box.
         range: IntervalVector,
     },
-    /// In any other way.
-    General(Coordinates),
+    /// In any other way, by the coordinates of its set; a known noise has none.
+    General(Option<Coordinates>),
 }
 
 /// A derivative whose radius is this small beside it is constant but for rounding.
@@ -458,7 +475,10 @@ fn chosen(f: &Equation, frame: &Frame, recipe: Recipe) -> Result<Vec<Vec<Relatio
     chosen_relations(f, frame, &j, recipe)
 }
 
-fn is_identity(m: &Matrix) -> bool {
-    m.rows() == m.cols()
-        && (0..m.rows()).all(|i| (0..m.cols()).all(|j| m[(i, j)] == f64::from(i == j)))
+/// The diagonal of a diagonal matrix of positive powers of two: noise that is merely added, in a unit of its own.
+fn powers(m: &Matrix) -> Option<Vec<f64>> {
+    let entry = |i: usize| picked(m.row(i)).filter(|&(k, a)| k == i && a > 0.0);
+    (m.rows() == m.cols())
+        .then(|| (0..m.rows()).map(|i| entry(i).map(|(_, a)| a)).collect())
+        .flatten()
 }

@@ -8,8 +8,8 @@ use crate::propagation::decomposition::{
 use zonobench_sets::lp::LinearProgram;
 use zonobench_sets::reduction::scott;
 use zonobench_sets::{
-    ConstrainedZonotope, Frame, Interval, IntervalVector, List, Matrix, Polytope, SetError, Slab,
-    Zonotope,
+    ConstrainedZonotope, FacetBound, Frame, Interval, IntervalVector, List, Matrix, Polytope,
+    SetError, Slab, Zonotope,
 };
 
 /// The η of a noise set { c + G η : A η = b }, whose noise is not merely added.
@@ -60,32 +60,33 @@ pub(super) fn image(
         .plus_box(&sides)
 }
 
-/// The intersection of the images, each enlarged by W.
+/// The intersection of the images, each enlarged by W, with no more facets than `facets` says.
 pub(super) fn intersection(
     images: Vec<ConstrainedZonotope>,
     w: &ConstrainedZonotope,
+    facets: FacetBound,
     lp: &mut LinearProgram,
 ) -> Result<PolytopeBelief, SetError> {
     let enlarged = images.into_iter().map(|image| image.minkowski_sum(w));
     let mut enlarged = enlarged.collect::<Result<Vec<_>, _>>()?;
     if enlarged.len() == 1 {
         let set = enlarged.remove(0);
-        return PolytopeBelief::new(set, Vec::new(), lp);
+        return PolytopeBelief::new(set, Vec::new(), None, facets, lp);
     }
     let mut all: Option<Polytope> = None;
     for image in &enlarged {
-        let facets = if image.constraints() == 0 {
+        let own = if image.constraints() == 0 {
             Polytope::of_zonotope(&without_flat_columns(image.zonotope())?)?
         } else {
-            Polytope::enclosing_with(image, lp)?
+            Polytope::enclosing_at_most(image, None, facets, lp)?
         };
         all = Some(match all {
-            Some(so_far) => so_far.intersect(&facets)?,
-            None => facets,
+            Some(so_far) => so_far.intersect(&own)?,
+            None => own,
         });
     }
     let all = all.expect("every member has an image");
-    PolytopeBelief::known(all.simplified(lp)?, lp)
+    PolytopeBelief::known(all.simplified_at_most(facets, lp)?, facets, lp)
 }
 
 /// The zonotope with the boxes among its generators added up: columns along an axis become one.

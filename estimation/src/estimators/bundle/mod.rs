@@ -22,6 +22,7 @@ use crate::propagation::decomposition::{Choose, JacobianBounds, Recipe, Vectors}
 use crate::{EstimationError, Problem};
 use filter::{Member, Method, PolytopeFilter};
 use serde::{Deserialize, Serialize};
+use zonobench_sets::FacetBound;
 
 /// From which set k = 0 is left.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -66,6 +67,42 @@ pub struct PolytopeFilterSettings {
     /// `lift` only: `facets` up to three dimensions and `hull` above, unless given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub carry: Option<Carry>,
+    /// The facets that a step starts from, beside the sides of the hull: 32 unless given. Not with the hull
+    /// carried.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub facets: Option<usize>,
+}
+
+/// How many inclined facets, pairs of parallel half-spaces beside those of the hull, a step starts from unless given:
+/// more than any step of the paper's examples starts from, so that they are as published.
+const FACETS: usize = 32;
+
+/// A predicted set may have this many times as many: the next measurement takes most of them off again.
+const WITHIN_A_STEP: usize = 6;
+
+/// The bound on facets that `settings` ask for.
+///
+/// Without one they grow from step to step where measurements cut little off: a bundle has an image a frame, and every
+/// image has facets of its own. Where there are more, those that cut most are kept
+/// ([`Polytope::thinned`](zonobench_sets::Polytope::thinned)), an enclosure whatever is left out.
+fn facet_bound(
+    kind: &'static str,
+    settings: &PolytopeFilterSettings,
+    carry: Carry,
+) -> Result<FacetBound, EstimationError> {
+    let kept = match (settings.facets, carry) {
+        (None, _) => FACETS,
+        (Some(_), Carry::Hull) => {
+            let got = "a number; only the hull is carried";
+            return Err(EstimationError::setting(kind, "facets", "absent", got));
+        }
+        (Some(0), _) => return Err(EstimationError::setting(kind, "facets", "at least 1", 0)),
+        (Some(facets), _) => facets,
+    };
+    Ok(FacetBound {
+        most: kept.saturating_mul(WITHIN_A_STEP),
+        kept,
+    })
 }
 
 impl PolytopeFilterSettings {
@@ -79,15 +116,18 @@ impl PolytopeFilterSettings {
 
     /// Fails where a key is given that `kind` does not use.
     fn only(&self, kind: &'static str, choose: bool, carry: bool) -> Result<(), EstimationError> {
-        let refuse = |key, reason: &str| Err(EstimationError::setting(kind, key, "absent", reason));
+        let refuse = |key, expected| Err(EstimationError::setting(kind, key, expected, "one"));
         if self.choose.is_some() && !choose {
             return refuse(
                 "choose",
-                "a choice; there is one linear part, the middle of the Jacobian",
+                "no such key, because there is nothing to choose: the one linear part is the middle of the Jacobian",
             );
         }
         if self.carry.is_some() && !carry {
-            return refuse("carry", "a value; only lift has a choice");
+            return refuse(
+                "carry",
+                "no such key, because lift alone can carry facets or a hull",
+            );
         }
         Ok(())
     }

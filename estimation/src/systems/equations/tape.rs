@@ -147,6 +147,20 @@ impl Tape {
         self.ops.len()
     }
 
+    /// Whether an input is read.
+    pub fn reads_input(&self) -> bool {
+        let is_input = |s: &Scalar| matches!(s, Scalar::Input(_));
+        let outputs = self
+            .outputs
+            .iter()
+            .any(|o| matches!(o, Value::Scalar(s) if is_input(s)));
+        outputs
+            || self
+                .ops
+                .iter()
+                .any(|op| op.scalar().as_ref().is_some_and(is_input))
+    }
+
     fn scalar(&self, scalar: Scalar, k: usize, u: &[f64]) -> f64 {
         match scalar {
             Scalar::Constant(bits) => bits.get(),
@@ -313,18 +327,22 @@ impl Form {
 }
 
 impl Op {
-    /// Whether it has no input, step or time.
-    fn is_of_constants(&self) -> bool {
+    /// Its scalar, if it has one.
+    fn scalar(&self) -> Option<Scalar> {
         match self {
             Op::Load(s)
             | Op::AddScalar(_, s)
             | Op::SubScalar(_, s)
             | Op::MulScalar(_, s)
-            | Op::DivScalar(_, s) => {
-                matches!(s, Scalar::Constant(_))
-            }
-            _ => true,
+            | Op::DivScalar(_, s) => Some(*s),
+            _ => None,
         }
+    }
+
+    /// Whether it has no input, step or time.
+    fn is_of_constants(&self) -> bool {
+        self.scalar()
+            .is_none_or(|s| matches!(s, Scalar::Constant(_)))
     }
 
     fn operands(&self) -> Vec<Register> {

@@ -187,6 +187,14 @@ fn a_million_definitions_and_deep_texts_are_refused_at_once() {
 }
 
 #[test]
+fn an_output_that_holds_an_input_is_known() {
+    assert!(!Equations::new(cart()).unwrap().measures_input());
+    let mut source = cart();
+    source.output[0].1 = "p + a + e".into();
+    assert!(Equations::new(source).unwrap().measures_input());
+}
+
+#[test]
 fn linear_equations_are_a_linear_system() {
     let mut source = cart();
     source.w = named("w1 w2");

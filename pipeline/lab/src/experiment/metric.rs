@@ -3,6 +3,10 @@
 //! In the formulas K is the window of steps (`from` ≤ k ≤ `to`, or the steps `at`), |K| its length,
 //! x_k the truth, c_k the estimate's center, [l_k, u_k] its interval hull and r_k = (u_k − l_k)/2. A run
 //! that ends early (an inconsistent measurement) is folded over the steps it has.
+//!
+//! Another unit of a component changes what has its unit by that factor and nothing else, but for the metrics that compare
+//! components or add them by their definition: `radius` and `r_box` (the largest half-width), the `width` of no component,
+//! `rmse_norm` and `bound_ratio`.
 
 use super::reader::{Field, Table};
 use serde::{Deserialize, Serialize};
@@ -25,6 +29,14 @@ pub struct MetricInfo {
     pub per_component: bool,
     /// How it is computed.
     pub formula: &'static str,
+}
+
+/// Whether a metric compares with the true state.
+pub fn needs_truth(name: &str) -> bool {
+    match name {
+        "rmse" | "rmse_wrapped" | "rmse_norm" | "contains" | "outside" | "better" => true,
+        name => matches!(name, "ellipsoid_contains" | "boundary"),
+    }
 }
 
 /// Keys that every metric may have.

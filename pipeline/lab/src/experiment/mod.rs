@@ -13,6 +13,7 @@ mod tree;
 mod unit;
 mod variants;
 
+use crate::recorded;
 use reader::{Field, Table, deserialize};
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -21,10 +22,10 @@ use tree::{Node, Source};
 use zonobench_estimation::estimator::KINDS;
 use zonobench_estimation::system::System;
 use zonobench_estimation::{
-    AnyEstimator, EstimationError, EstimatorSettings, Inputs, Problem, Truth, Uncertain,
+    AnyEstimator, AnySystem, EstimationError, EstimatorSettings, Inputs, Problem, Truth, Uncertain,
 };
 use zonobench_lake::Error;
-use zonobench_lake::bad_input::{BadInput, listed, nearest};
+use zonobench_lake::bad_input::{BadInput, listed, nearest, shortened};
 
 pub use metric::{METRICS, MetricInfo, MetricSpec};
 
@@ -91,7 +92,7 @@ pub struct Output {
     pub updated_only: bool,
 }
 
-/// What `track` needs of a file: estimators and what they are told, no truth.
+/// What `track` needs of a file: estimators, what they are told, what is wanted of them; no truth.
 #[derive(Clone, Debug, Serialize)]
 pub struct Tracking {
     /// The paper, or a name of the user's own.
@@ -102,6 +103,10 @@ pub struct Tracking {
     pub problem: Problem,
     /// The estimators, with ids that differ.
     pub estimators: Vec<EstimatorSpec>,
+    /// The metrics.
+    pub metrics: Vec<MetricSpec>,
+    /// What is kept besides the estimates.
+    pub output: Output,
 }
 
 impl Experiment {
@@ -154,8 +159,8 @@ pub const QUICK_RUNS: usize = 4;
 pub const QUICK_STEPS: usize = 30;
 
 impl Tracking {
-    /// The estimators of a file, once for each combination of its sweep and cases. Truth, runs and
-    /// metrics may be left out, and are not looked at.
+    /// The estimators of a file, once for each combination of its sweep and cases. Truth, inputs, runs and steps
+    /// may be left out, and are not looked at.
     pub fn load(path: &Path) -> Result<Vec<Self>, Error> {
         let source = source(path)?;
         Ok(read_all(&source, path.parent(), tracking)?)
@@ -331,8 +336,15 @@ pub(crate) fn steps(field: &Field, last: usize) -> Result<Vec<usize>, BadInput> 
     Ok(steps)
 }
 
-/// Paper, id, problem, estimators.
-fn tracking(root: &Table, suffix: &str, _folder: Option<&Path>) -> Result<Tracking, BadInput> {
+/// What an experiment is about: paper, id, problem, estimators.
+struct Subject {
+    paper: String,
+    id: String,
+    problem: Problem,
+    estimators: Vec<EstimatorSpec>,
+}
+
+fn subject(root: &Table, suffix: &str) -> Result<Subject, BadInput> {
     let name = "a name of lower-case letters, digits, _ and -";
     let field = root.need("paper", name)?;
     let paper = identifier(&field)?;
@@ -341,13 +353,14 @@ fn tracking(root: &Table, suffix: &str, _folder: Option<&Path>) -> Result<Tracki
     let id = format!("{}{suffix}", identifier(&field)?);
     if id.len() > LONGEST_ID {
         return Err(field.fault(format!(
-            "expected at most {LONGEST_ID} characters, got {id}"
+            "expected at most {LONGEST_ID} characters with the part of the variant, got {}",
+            id.len()
         )));
     }
     folder_name(&field, &id)?;
     let problem = problem(root)?;
     let estimators = estimators(root, &problem)?;
-    Ok(Tracking {
+    Ok(Subject {
         paper,
         id,
         problem,
@@ -355,13 +368,33 @@ fn tracking(root: &Table, suffix: &str, _folder: Option<&Path>) -> Result<Tracki
     })
 }
 
-fn experiment(root: &Table, suffix: &str, folder: Option<&Path>) -> Result<Experiment, BadInput> {
-    let Tracking {
+fn tracking(root: &Table, suffix: &str, _folder: Option<&Path>) -> Result<Tracking, BadInput> {
+    let Subject {
         paper,
         id,
         problem,
         estimators,
-    } = tracking(root, suffix, folder)?;
+    } = subject(root, suffix)?;
+    // How many steps there are, the recording says.
+    let metrics = metrics(root, &problem, &estimators, recorded::MOST_STEPS)?;
+    let output = output(root, recorded::MOST_STEPS)?;
+    Ok(Tracking {
+        paper,
+        id,
+        problem,
+        estimators,
+        metrics,
+        output,
+    })
+}
+
+fn experiment(root: &Table, suffix: &str, folder: Option<&Path>) -> Result<Experiment, BadInput> {
+    let Subject {
+        paper,
+        id,
+        problem,
+        estimators,
+    } = subject(root, suffix)?;
     let text = |key: &str| {
         root.get(key)
             .map(|field| field.string().map(str::to_owned))
@@ -390,14 +423,11 @@ fn experiment(root: &Table, suffix: &str, folder: Option<&Path>) -> Result<Exper
         );
         return Err(field.fault(message));
     }
-    let ids: Vec<&str> = estimators
-        .iter()
-        .map(|estimator| estimator.id.as_str())
-        .collect();
-    let variables = problem.system.variables();
-    let states: Vec<&str> = variables.x.iter().map(|v| v.name.as_str()).collect();
-    let metrics = metrics(root, &ids, &states, steps)?;
+    let metrics = metrics(root, &problem, &estimators, steps)?;
     let output = output(root, steps)?;
+    if output.traces {
+        check_clock(root, &problem.system, steps)?;
+    }
     Ok(Experiment {
         paper,
         id,
@@ -516,7 +546,8 @@ fn elsewhere(table: &Table, keys: &[&str], own: &[&str], kind: &str, fault: BadI
     if owners.is_empty() {
         return fault;
     }
-    fault.with_help(format!("{kind} has no {unknown}; {} has", listed(owners)))
+    let (unknown, owners) = (shortened(unknown), listed(owners));
+    fault.with_help(format!("{kind} has no {unknown}; {owners} has"))
 }
 
 /// An estimator that cannot be made, shown at the setting or the part of the problem to blame.
@@ -546,16 +577,19 @@ fn refused(root: &Table, table: &Table, error: &EstimationError) -> BadInput {
 
 fn metrics(
     root: &Table,
-    estimators: &[&str],
-    states: &[&str],
+    problem: &Problem,
+    estimators: &[EstimatorSpec],
     steps: usize,
 ) -> Result<Vec<MetricSpec>, BadInput> {
     let Some(list) = root.get("metric") else {
         return Ok(Vec::new());
     };
+    let ids: Vec<&str> = estimators.iter().map(|e| e.id.as_str()).collect();
+    let variables = problem.system.variables();
+    let states: Vec<&str> = variables.x.iter().map(|v| v.name.as_str()).collect();
     let mut all: Vec<MetricSpec> = Vec::new();
     for field in list.array("[[metric]] tables")? {
-        let spec = MetricSpec::read(&field, estimators, states, steps)?;
+        let spec = MetricSpec::read(&field, &ids, &states, steps)?;
         if all
             .iter()
             .any(|other| other.id == spec.id && other.over == spec.over)
@@ -599,6 +633,26 @@ fn output(root: &Table, last: usize) -> Result<Output, BadInput> {
         traces: flag("traces")?,
         updated_only: flag("updated_only")?,
     })
+}
+
+/// Fails where the stamps of a trace, whole nanoseconds, could not tell the steps apart or would run out.
+fn check_clock(root: &Table, system: &AnySystem, steps: usize) -> Result<(), BadInput> {
+    let Some((key, period)) = system.period_key().zip(system.period()) else {
+        return Ok(());
+    };
+    let longest = zonobench_trace::LONGEST_S / steps as f64;
+    let expected = if period < zonobench_trace::SHORTEST_S {
+        format!("at least {:e} s", zonobench_trace::SHORTEST_S)
+    } else if period > longest {
+        format!("at most {longest:.3e} s for {steps} steps")
+    } else {
+        return Ok(());
+    };
+    let fault =
+        format!("expected {expected} beside output.traces, whose clock counts ns, got {period:?}");
+    let path = format!("system.{key}");
+    Err(parts::at_path(root, &path, &fault)
+        .with_help("leave out output.traces, or set it to false"))
 }
 
 #[cfg(test)]

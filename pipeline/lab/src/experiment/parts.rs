@@ -4,6 +4,7 @@ use super::reader::{Field, Table, deserialize};
 use crate::recorded;
 use std::path::Path;
 use zonobench_estimation::controller::Controller;
+use zonobench_estimation::error::shortest;
 use zonobench_estimation::signal::{SIGNAL_KEYS, Signal};
 use zonobench_estimation::simulate::{DeltaLaw, Drawn, InitialState, Law, Noise, SimulationError};
 use zonobench_estimation::system::{System, Variable};
@@ -190,7 +191,8 @@ fn set_part(table: &Table, n: usize) -> Result<Option<Uncertain>, BadInput> {
             if bounds[0] > bounds[1] {
                 return Err(pair.fault(format!(
                     "expected lower <= upper, got [{}, {}]",
-                    bounds[0], bounds[1]
+                    shortest(bounds[0]),
+                    shortest(bounds[1])
                 )));
             }
             lower.push(bounds[0]);
@@ -557,7 +559,7 @@ pub fn inputs(
             return Err(section.fault(format!(
                 "expected one of {}, got {}",
                 listed(sources),
-                given.len()
+                if given.is_empty() { "none" } else { "several" }
             )));
         }
     };
@@ -585,7 +587,7 @@ fn data(
         .iter()
         .map(|variable| variable.name.as_str())
         .collect();
-    let rows = recorded::read(&folder.join(name), &names, prefix)
+    let rows = recorded::read(&folder.join(name), &names, prefix, recorded::MOST_STEPS)
         .map_err(|fault| fault.with_help(field.fault("names this file").to_string()))?;
     rows.complete(vectors)
         .map_err(|fault| field.fault(format!("{name}: {fault}")))

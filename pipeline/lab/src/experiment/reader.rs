@@ -2,7 +2,7 @@
 
 use super::tree::{Entry, Node, Source, Value};
 use std::ops::Range;
-use zonobench_lake::bad_input::{BadInput, listed, nearest};
+use zonobench_lake::bad_input::{BadInput, brief, listed, nearest, shortened, shown};
 use zonobench_sets::Matrix;
 
 /// A table whose keys have been checked.
@@ -11,6 +11,8 @@ pub struct Table<'a> {
     source: &'a Source,
     path: String,
     node: &'a Node,
+    /// Whether its keys are known to be right.
+    checked: bool,
 }
 
 /// A value under a key.
@@ -30,10 +32,15 @@ impl<'a> Table<'a> {
         keys: &[&str],
     ) -> Result<Self, BadInput> {
         if !matches!(node.value, Value::Table(_)) {
-            let message = format!("{path}: expected a table, got {}", node.describe());
+            let message = format!("{path}: expected a table, got {}", node.describe(source));
             return Err(source.fault(&node.span, message));
         }
-        let table = Self { source, path, node };
+        let table = Self {
+            source,
+            path,
+            node,
+            checked: true,
+        };
         table.only(keys)?;
         Ok(table)
     }
@@ -58,9 +65,9 @@ impl<'a> Table<'a> {
                     keys => listed(keys.iter().copied()),
                 };
                 let message = format!(
-                    "{}: unknown key{place}: expected {expected}, got {:?}",
+                    "{}: unknown key{place}: expected {expected}, got {}",
                     self.at(&entry.key),
-                    entry.key
+                    shown(&entry.key)
                 );
                 let fault = self.source.fault(&entry.key_span, message);
                 Err(match nearest(&entry.key, keys.iter().copied()) {
@@ -72,10 +79,10 @@ impl<'a> Table<'a> {
     }
 
     fn at(&self, key: &str) -> String {
-        if self.path.is_empty() {
-            key.into()
-        } else {
-            format!("{}.{key}", self.path)
+        let key = shortened(key);
+        match self.path.as_str() {
+            "" => key,
+            path => format!("{path}.{key}"),
         }
     }
 
@@ -89,11 +96,22 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// The value of `key`, which must be there; `expected` says what it is.
+    /// The value of `key`, which must be there; `expected` says what it is. Where a key that nobody has looked at yet
+    /// is much like it, that one is shown.
     pub fn need(&self, key: &str, expected: &str) -> Result<Field<'a>, BadInput> {
         self.get(key).ok_or_else(|| {
             let message = format!("{}: expected {expected}, got nothing", self.at(key));
-            self.source.fault(&self.node.span, message)
+            let mut entries = self.node.entries().iter().filter(|_| !self.checked);
+            match entries.find(|entry| nearest(&entry.key, [key]).is_some()) {
+                None => self.source.fault(&self.node.span, message),
+                Some(near) => self
+                    .source
+                    .fault(
+                        &near.key_span,
+                        format!("{message} by that name but {}", shown(&near.key)),
+                    )
+                    .with_help(format!("did you mean {key:?}?")),
+            }
         })
     }
 
@@ -153,7 +171,12 @@ impl<'a> Table<'a> {
 impl<'a> Field<'a> {
     /// "`path`: expected …, got …" at this value.
     pub fn expected(&self, expected: impl std::fmt::Display) -> BadInput {
-        self.fault(format!("expected {expected}, got {}", self.node.describe()))
+        self.fault(format!("expected {expected}, got {}", self.describe()))
+    }
+
+    /// What the value is, for "got …".
+    pub fn describe(&self) -> String {
+        self.node.describe(self.source)
     }
 
     /// A fault at this value.
@@ -225,6 +248,10 @@ impl<'a> Field<'a> {
     ) -> Result<i64, BadInput> {
         match self.node.value {
             Value::Integer(i) if range.contains(&i) => Ok(i),
+            Value::Float(_) => {
+                let got = self.describe();
+                Err(self.fault(format!("expected {expected}, got {got} (a float)")))
+            }
             _ => Err(self.expected(expected)),
         }
     }
@@ -304,6 +331,7 @@ impl<'a> Field<'a> {
                 source: self.source,
                 path: self.path.clone(),
                 node: self.node,
+                checked: false,
             }),
             _ => Err(self.expected("a table")),
         }
@@ -359,37 +387,56 @@ pub fn deserialize<T: serde::de::DeserializeOwned>(
             .and_then(|rest| rest.split('`').next());
         match (missing, culprit) {
             (Some(key), _) => table.fault(key, "expected a value, got nothing"),
-            (None, Some(key)) => {
-                let fault = readable(&complaint);
-                table.fault(key, fault)
-            }
-            (None, None) => table
-                .source
-                .fault(&table.node.span, format!("{}: {complaint}", table.path)),
+            (None, Some(key)) => table
+                .get(key)
+                .map_or_else(|| table.fault(key, &complaint), |f| misread(&f, &complaint)),
+            (None, None) => table.source.fault(
+                &table.node.span,
+                format!("{}: {}", table.path, brief(&complaint)),
+            ),
         }
     })
 }
 
-/// serde's "invalid type: string "x", expected usize" as "expected usize, got string "x"".
-fn readable(complaint: &str) -> String {
+/// serde's "invalid type: string "x", expected usize" as "expected an integer of at least 0, got "x"", at the value.
+fn misread(field: &Field, complaint: &str) -> BadInput {
     let parts = ["invalid type: ", "invalid value: ", "unknown variant "]
         .iter()
         .find_map(|prefix| complaint.strip_prefix(prefix))
         .and_then(|rest| rest.rsplit_once(", expected "));
-    match parts {
-        Some((got, expected)) => {
-            let expected = match expected {
-                "usize" | "u64" | "u32" => "an integer of at least 0",
-                "f64" => "a number",
-                "a boolean" => "true or false",
-                other => other,
-            };
-            format!(
-                "expected {}, got {}",
-                expected.replace('`', "\""),
-                got.replace('`', "\"")
-            )
+    let Some((got, expected)) = parts else {
+        return field.fault(brief(complaint));
+    };
+    // Inside of an array or a table, only serde knows which value it was.
+    let got = match field.node.value {
+        Value::Array(_) | Value::Table(_) => match got {
+            "map" => "a table".to_owned(),
+            "sequence" => "an array".to_owned(),
+            got => {
+                let kinds = ["integer ", "floating point ", "boolean ", "string "];
+                let bare = kinds.iter().find_map(|kind| got.strip_prefix(kind));
+                shortened(&bare.unwrap_or(got).replace('`', ""))
+            }
+        },
+        Value::Float(_) if matches!(expected, "usize" | "u64" | "u32") => {
+            format!("{} (a float)", field.describe())
         }
-        None => complaint.into(),
+        _ => field.describe(),
+    };
+    let names: Vec<&str> = expected.split('`').skip(1).step_by(2).collect();
+    let expected = match expected {
+        "usize" | "u64" | "u32" => "an integer of at least 0".to_owned(),
+        "f64" => "a number".to_owned(),
+        "a boolean" => "true or false".to_owned(),
+        other => other.replace('`', "\""),
+    };
+    let fault = field.fault(format!("expected {expected}, got {got}"));
+    let meant = match &field.node.value {
+        Value::String(text) => nearest(text, names),
+        _ => None,
+    };
+    match meant {
+        Some(near) => fault.with_help(format!("did you mean {near:?}?")),
+        None => fault,
     }
 }

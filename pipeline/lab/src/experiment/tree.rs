@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 use toml::de::{DeTable, DeValue};
-use zonobench_lake::bad_input::{BadInput, listed, nearest};
+use zonobench_lake::bad_input::{BadInput, brief, listed, nearest, shortened, shown};
 
 /// A document's name and text.
 #[derive(Clone, Debug)]
@@ -22,6 +22,9 @@ impl Source {
         BadInput::span(&self.file, &self.text, span.clone(), message)
     }
 }
+
+/// A float that is written longer is shown as Rust writes it.
+const LONGEST_NUMBER: usize = 30;
 
 /// A value and its place.
 #[derive(Clone, Debug)]
@@ -66,7 +69,7 @@ impl Node {
     pub fn parse(source: &Source) -> Result<Node, BadInput> {
         let document = DeTable::parse(&source.text).map_err(|error| {
             let message = error.message().lines().collect::<Vec<_>>().join("; ");
-            source.fault(&error.span().unwrap_or(0..0), message)
+            source.fault(&error.span().unwrap_or(0..0), brief(&message))
         })?;
         let span = document.span();
         table(source, document.into_inner(), span, "")
@@ -96,12 +99,18 @@ impl Node {
         }
     }
 
-    /// What the value is, for "got …".
-    pub fn describe(&self) -> String {
+    /// What the value is, for "got …"; a float as it is written in `source`, so that it is seen to be one.
+    pub fn describe(&self, source: &Source) -> String {
         match &self.value {
-            Value::String(text) => format!("{text:?}"),
+            Value::String(text) => shown(text),
             Value::Integer(i) => i.to_string(),
-            Value::Float(x) => x.to_string(),
+            Value::Float(x) => {
+                let written = source.text.get(self.span.clone()).unwrap_or_default();
+                match written.len() < LONGEST_NUMBER && written.parse() == Ok(*x) {
+                    true => written.to_owned(),
+                    false => format!("{x:?}"),
+                }
+            }
             Value::Boolean(b) => b.to_string(),
             Value::Array(items) if items.len() == 1 => "an array of 1 value".into(),
             Value::Array(items) => format!("an array of {} values", items.len()),
@@ -137,11 +146,11 @@ impl Node {
         new: Node,
         place: &Range<usize>,
     ) -> Result<(), BadInput> {
-        let full = path.join(".");
+        let full = shortened(&path.join("."));
         let mut here = self;
         for (i, step) in path.iter().enumerate() {
-            let walked = path[..i].join(".");
-            let found = here.describe();
+            let walked = shortened(&path[..i].join("."));
+            let found = here.describe(source);
             here = match &mut here.value {
                 Value::Table(entries) => {
                     let at = match entries.iter().position(|entry| entry.key == *step) {
@@ -167,8 +176,9 @@ impl Node {
                         Some(at) => &mut items[at],
                         None => {
                             let message = format!(
-                                "{full}: expected the id of a {walked} ({}), got {step:?}",
-                                listed(names.iter().copied())
+                                "{full}: expected an id of {walked} ({}), got {}",
+                                listed(names.iter().copied()),
+                                shown(step)
                             );
                             let fault = source.fault(place, message);
                             return Err(match nearest(step, names) {
@@ -207,10 +217,9 @@ fn table(
     let mut entries = Vec::with_capacity(table.len());
     for (key, value) in table {
         let (key_span, key) = (key.span(), key.into_inner().into_owned());
-        let path = if path.is_empty() {
-            key.clone()
-        } else {
-            format!("{path}.{key}")
+        let path = match path {
+            "" => shortened(&key),
+            path => format!("{path}.{}", shortened(&key)),
         };
         let value_span = value.span();
         let node = node(source, value.into_inner(), value_span, &path)?;
@@ -235,15 +244,16 @@ fn node(source: &Source, value: DeValue, span: Range<usize>, path: &str) -> Resu
         DeValue::Integer(integer) => match i64::from_str_radix(integer.as_str(), integer.radix()) {
             Ok(i) => Value::Integer(i),
             Err(_) => {
-                let message =
-                    format!("{path}: expected an integer of at most 63 bits, got {integer}");
+                let got = shortened(integer.as_str());
+                let message = format!("{path}: expected an integer of at most 63 bits, got {got}");
                 return Err(source.fault(&span, message));
             }
         },
         DeValue::Float(float) => match float.as_str().parse::<f64>() {
             Ok(x) if x.is_finite() => Value::Float(x),
             _ => {
-                let message = format!("{path}: expected a finite number, got {float}");
+                let got = shortened(float.as_str());
+                let message = format!("{path}: expected a finite number, got {got}");
                 return Err(source.fault(&span, message));
             }
         },

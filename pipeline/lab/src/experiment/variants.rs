@@ -11,7 +11,7 @@
 
 use super::tree::{Node, Source, Value};
 use std::ops::Range;
-use zonobench_lake::bad_input::BadInput;
+use zonobench_lake::bad_input::{BadInput, shortened, shown};
 
 /// The sections in which a nested override walks on to the `id` of an element.
 const LISTS: [&str; 2] = ["estimator", "metric"];
@@ -39,7 +39,7 @@ pub fn variants(source: &Source, mut root: Node) -> Result<Vec<(String, Node)>, 
         let Value::Array(cases) = cases.node.value else {
             let message = format!(
                 "case: expected [[case]] tables, got {}",
-                cases.node.describe()
+                cases.node.describe(source)
             );
             return Err(source.fault(&cases.node.span, message));
         };
@@ -49,7 +49,10 @@ pub fn variants(source: &Source, mut root: Node) -> Result<Vec<(String, Node)>, 
                 source.fault(&case.span, "case.id: expected a string, got nothing")
             })?;
             let Value::String(name) = &id.node.value else {
-                let message = format!("case.id: expected a string, got {}", id.node.describe());
+                let message = format!(
+                    "case.id: expected a string, got {}",
+                    id.node.describe(source)
+                );
                 return Err(source.fault(&id.node.span, message));
             };
             check_suffix(source, "case.id", name, &id.node.span)?;
@@ -97,8 +100,8 @@ fn collect(
     let Value::Table(entries) = table.value else {
         let message = format!(
             "{}: expected a table, got {}",
-            path.join("."),
-            table.describe()
+            shortened(&path.join(".")),
+            table.describe(source)
         );
         return Err(source.fault(&table.span, message));
     };
@@ -130,7 +133,7 @@ fn changeable(source: &Source, path: &[String], place: &Range<usize>) -> Result<
     if FIXED.contains(&path[0].as_str()) {
         let message = format!(
             "{}: expected a key that a variant can change, got {:?}",
-            path.join("."),
+            shortened(&path.join(".")),
             path[0]
         );
         return Err(source.fault(place, message));
@@ -181,7 +184,7 @@ fn flatten(
     into: &mut Vec<Axis>,
 ) -> Result<(), BadInput> {
     let Value::Table(entries) = table.value else {
-        let message = format!("sweep: expected a table, got {}", table.describe());
+        let message = format!("sweep: expected a table, got {}", table.describe(source));
         return Err(source.fault(&table.span, message));
     };
     for entry in entries {
@@ -196,8 +199,8 @@ fn flatten(
             _ => {
                 let message = format!(
                     "sweep.{}: expected an array of at least one value, got {}",
-                    path.join("."),
-                    entry.node.describe()
+                    shortened(&path.join(".")),
+                    entry.node.describe(source)
                 );
                 return Err(source.fault(&entry.node.span, message));
             }
@@ -230,7 +233,9 @@ fn check_suffix(
         return Ok(());
     }
     let message = format!(
-        "{key}: expected lower-case letters, digits, _ and - (it becomes part of an id), got {text:?}"
+        "{}: expected lower-case letters, digits, _ and - (it becomes part of an id), got {}",
+        shortened(key),
+        shown(text)
     );
     Err(source.fault(place, message))
 }

@@ -4,19 +4,28 @@
 //! every finished belief and says whether it holds the truth.
 
 use crate::experiment::{EstimatorSpec, MetricSpec, Output};
+use crate::stage::ending::{self, Ending, not_finite};
 use crate::stage::{Experiment, Recordings, metadata};
 use rayon::prelude::*;
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Instant;
 use zonobench_estimation::estimator::{Belief as _, Containment, Estimator as _, Phase};
 use zonobench_estimation::outline::outline;
-use zonobench_estimation::{AnyBelief, AnyEstimator, EstimationError, Problem, System as _, track};
+use zonobench_estimation::track::Track;
+use zonobench_estimation::{AnyBelief, AnyEstimator, Problem, System as _};
 use zonobench_lake::error::Error;
 use zonobench_lake::rows::{self, Belief, Estimate, EstimatorInfo, Extra, Set, Timing};
 use zonobench_lake::store::canonical;
 use zonobench_lake::table::{self, Name, TableWriter};
 use zonobench_sets::Interval;
+
+/// The most steps whose rows are held in memory before they are written, of all runs that are made at once.
+const MOST_HELD: usize = 1 << 18;
+
+/// How many rows of one run are held before they are handed on.
+const HANDED_ON: usize = 4096;
 
 /// The most generators of a set that a trace carries.
 const TRACED_GENERATORS: usize = 256;
@@ -33,22 +42,22 @@ pub fn input(experiment: &Experiment, index: usize, data: &str) -> Value {
         "sets": experiment.output.sets,
         "traces": experiment.output.traces,
         "updated_only": experiment.output.updated_only,
-        "volumes": volumes(experiment),
-        "extras": extras(experiment),
+        "volumes": volumes(&experiment.metrics),
+        "extras": extras(&experiment.metrics),
         "data": data,
     })
 }
 
 /// Whether some metric needs the volumes of sets.
-fn volumes(experiment: &Experiment) -> bool {
+pub fn volumes(metrics: &[MetricSpec]) -> bool {
     let needed = |m: &MetricSpec| matches!(m.name, "area" | "volume");
-    experiment.metrics.iter().any(needed)
+    metrics.iter().any(needed)
 }
 
 /// Whether some metric needs the numbers that one kind of belief has beyond its size.
-fn extras(experiment: &Experiment) -> bool {
+pub fn extras(metrics: &[MetricSpec]) -> bool {
     let needed = |m: &MetricSpec| matches!(m.name, "body_box_area" | "projected_area");
-    experiment.metrics.iter().any(needed)
+    metrics.iter().any(needed)
 }
 
 /// One estimator and what it is run on.
@@ -79,8 +88,8 @@ impl Job<'_> {
             spec: &experiment.estimators[index],
             steps: experiment.steps,
             output: &experiment.output,
-            volumes: volumes(experiment),
-            extras: extras(experiment),
+            volumes: volumes(&experiment.metrics),
+            extras: extras(&experiment.metrics),
             seed: Some(experiment.seed),
             admissible: experiment
                 .truth
@@ -108,10 +117,9 @@ pub fn describe(job: &Job) -> Result<EstimatorInfo, Error> {
 }
 
 fn build(job: &Job) -> Result<AnyEstimator, Error> {
-    AnyEstimator::new(&job.spec.settings, &job.spec.problem).map_err(|source| Error::Estimation {
+    AnyEstimator::new(&job.spec.settings, &job.spec.problem).map_err(|source| Error::Estimator {
         experiment: job.name.clone(),
         estimator: job.spec.id.clone(),
-        run: 0,
         source: Box::new(source),
     })
 }
@@ -124,7 +132,7 @@ pub fn phase_name(phase: Phase) -> &'static str {
     }
 }
 
-/// Everything one run writes.
+/// Rows of one run.
 #[derive(Default)]
 struct RunRows {
     estimates: Vec<Estimate>,
@@ -132,51 +140,111 @@ struct RunRows {
     extras: Vec<Extra>,
     sets: Vec<Set>,
     shapes: Vec<Set>,
-    timing: Option<Timing>,
 }
 
-/// Writes `estimates`, `beliefs`, `extras` (for metrics), `sets`, `shapes` (outlines of run 0 for the trace) and `timings`.
+impl RunRows {
+    fn append(&mut self, mut rows: RunRows) {
+        self.estimates.append(&mut rows.estimates);
+        self.beliefs.append(&mut rows.beliefs);
+        self.extras.append(&mut rows.extras);
+        self.sets.append(&mut rows.sets);
+        self.shapes.append(&mut rows.shapes);
+    }
+}
+
+/// How one run went.
+#[derive(Default)]
+struct Course {
+    timing: Option<Timing>,
+    ending: Option<Ending>,
+}
+
+/// The tables of the stage while they are written.
+struct Tables {
+    estimates: TableWriter<Estimate>,
+    beliefs: TableWriter<Belief>,
+    extras: TableWriter<Extra>,
+    sets: TableWriter<Set>,
+    shapes: TableWriter<Set>,
+}
+
+impl Tables {
+    fn create(dir: &Path, meta: &BTreeMap<String, String>) -> Result<Self, Error> {
+        Ok(Self {
+            estimates: TableWriter::create(&dir.join("estimates.parquet"), meta)?,
+            beliefs: TableWriter::create(&dir.join("beliefs.parquet"), meta)?,
+            extras: TableWriter::create(&dir.join("extras.parquet"), meta)?,
+            sets: TableWriter::create(&dir.join("sets.parquet"), meta)?,
+            shapes: TableWriter::create(&dir.join("shapes.parquet"), meta)?,
+        })
+    }
+
+    fn push(&mut self, rows: RunRows) -> Result<(), Error> {
+        self.estimates.push(rows.estimates)?;
+        self.beliefs.push(rows.beliefs)?;
+        self.extras.push(rows.extras)?;
+        self.sets.push(rows.sets)?;
+        self.shapes.push(rows.shapes)
+    }
+
+    fn close(self) -> Result<(), Error> {
+        self.estimates.close()?;
+        self.beliefs.close()?;
+        self.extras.close()?;
+        self.sets.close()?;
+        self.shapes.close()?;
+        Ok(())
+    }
+}
+
+/// Writes `estimates`, `beliefs`, `extras` (for metrics), `sets`, `shapes` (outlines of run 0 for the trace),
+/// `timings`, and the [`ending::FILE`] where a run failed; returns the runs that ended early.
+///
+/// Rows are written as they are made: what is held in memory does not grow with the number of steps.
 pub fn make(
     job: &Job,
     recordings: &Recordings,
     dir: &Path,
     done: &(dyn Fn(u64) + Sync),
-) -> Result<(), Error> {
+) -> Result<Vec<Ending>, Error> {
     let estimator = build(job)?;
     let judged = Judged::new(job, &estimator);
     let meta = metadata("estimate", job.seed);
-    let mut estimates = TableWriter::create(&dir.join("estimates.parquet"), &meta)?;
-    let mut beliefs = TableWriter::create(&dir.join("beliefs.parquet"), &meta)?;
-    let mut extras = TableWriter::create(&dir.join("extras.parquet"), &meta)?;
-    let mut sets = TableWriter::create(&dir.join("sets.parquet"), &meta)?;
-    let mut shapes = TableWriter::create(&dir.join("shapes.parquet"), &meta)?;
-    let mut timings = Vec::new();
+    let mut tables = Tables::create(dir, &meta)?;
+    let (mut timings, mut endings) = (Vec::new(), Vec::new());
+    let mut finish = |course: Course| {
+        timings.extend(course.timing);
+        endings.extend(course.ending);
+    };
     let runs: Vec<usize> = (0..recordings.runs()).collect();
-    for chunk in runs.chunks(32) {
-        let finished: Vec<RunRows> = chunk
+    let at_once = (MOST_HELD / (job.steps + 1)).clamp(1, 32);
+    for chunk in runs.chunks(at_once) {
+        if let [run] = *chunk {
+            finish(judged.run(recordings, run, &mut |rows| tables.push(rows))?);
+            done(1);
+            continue;
+        }
+        let finished: Vec<(RunRows, Course)> = chunk
             .par_iter()
             .map(|&run| {
-                let rows = judged.run(recordings, run);
+                let mut all = RunRows::default();
+                let course = judged.run(recordings, run, &mut |rows| {
+                    all.append(rows);
+                    Ok(())
+                })?;
                 done(1);
-                rows
+                Ok((all, course))
             })
-            .collect::<Result<_, _>>()?;
-        for run in finished {
-            estimates.push(run.estimates)?;
-            beliefs.push(run.beliefs)?;
-            extras.push(run.extras)?;
-            sets.push(run.sets)?;
-            shapes.push(run.shapes)?;
-            timings.extend(run.timing);
+            .collect::<Result<_, Error>>()?;
+        for (rows, course) in finished {
+            tables.push(rows)?;
+            finish(course);
         }
     }
-    estimates.close()?;
-    beliefs.close()?;
-    extras.close()?;
-    sets.close()?;
-    shapes.close()?;
+    tables.close()?;
     table::write(&dir.join("timings.parquet"), timings, &meta)?;
-    Ok(())
+    ending::write(dir, &endings)?;
+    Ok(endings)
 }
 
 struct Judged<'a> {
@@ -212,51 +280,54 @@ impl<'a> Judged<'a> {
         }
     }
 
-    fn run(&self, recordings: &Recordings, run: usize) -> Result<RunRows, Error> {
+    /// One run; its rows go to `hand_on`, some at a time, in order.
+    fn run(
+        &self,
+        recordings: &Recordings,
+        run: usize,
+        hand_on: &mut dyn FnMut(RunRows) -> Result<(), Error>,
+    ) -> Result<Course, Error> {
         let mut rows = RunRows::default();
         let mut times = Vec::with_capacity(self.job.steps + 1);
         let updated_only =
             self.job.output.updated_only && self.estimator.reported_phase() == Phase::Updated;
-        let mut steps = track(
-            self.estimator,
-            self.job.steps,
-            &recordings.u[run],
-            &recordings.y[run],
-        );
-        loop {
+        let mut steps = Track::new(self.estimator, self.job.steps, recordings.run(run));
+        let mut ending = None;
+        while ending.is_none() {
             let start = Instant::now();
             let Some(step) = steps.next() else { break };
             times.push(start.elapsed().as_nanos() as i64);
             let truth = recordings.truth(run, step.k);
             let truth = truth.as_deref();
             let predicted = step.predicted.as_ref().filter(|_| !updated_only);
-            if let Some(belief) = predicted {
-                self.record(run, step.k, Phase::Predicted, belief, truth, &mut rows);
+            let mut record = |phase, belief: &AnyBelief| match not_finite(belief) {
+                None => {
+                    self.record(run, step.k, phase, belief, truth, &mut rows);
+                    None
+                }
+                Some(what) => Some(Ending::overflow(&self.id, run, step.k, what)),
+            };
+            ending = predicted.and_then(|belief| record(Phase::Predicted, belief));
+            if ending.is_none() {
+                ending = match &step.updated {
+                    // Nothing new is known, and nothing is said twice.
+                    Ok(belief) if predicted.is_some_and(|b| b.says_the_same(belief)) => None,
+                    Ok(belief) => record(Phase::Updated, belief),
+                    Err(error) => Some(Ending::of(&self.id, run, step.k, error)),
+                };
             }
-            match &step.updated {
-                // Nothing new is known, and nothing is said twice.
-                Ok(belief) if predicted.is_some_and(|b| b.says_the_same(belief)) => {}
-                Ok(belief) => self.record(run, step.k, Phase::Updated, belief, truth, &mut rows),
-                Err(EstimationError::Inconsistent { k }) => {
-                    self.ended(run, *k, "inconsistent", &mut rows);
-                }
-                Err(EstimationError::Refused { k, .. }) => {
-                    self.ended(run, *k, "refused", &mut rows)
-                }
-                Err(source) => {
-                    return Err(Error::Estimation {
-                        experiment: self.job.name.clone(),
-                        estimator: self.id.to_string(),
-                        run,
-                        source: Box::new(source.clone()),
-                    });
-                }
+            if let Some(ending) = &ending {
+                self.ended(run, ending.k, &ending.status, &mut rows);
+            }
+            if rows.estimates.len() >= HANDED_ON {
+                hand_on(std::mem::take(&mut rows))?;
             }
         }
+        hand_on(rows)?;
         times.sort_unstable();
         let period = self.job.spec.problem.system.period();
         let late = |period: f64| times.iter().filter(|&&t| t as f64 > 1e9 * period).count() as i64;
-        rows.timing = times.last().map(|&max_ns| Timing {
+        let timing = times.last().map(|&max_ns| Timing {
             estimator: self.id.clone(),
             run: run as i32,
             steps: times.len() as i64,
@@ -266,7 +337,7 @@ impl<'a> Judged<'a> {
             late: period.map(late),
             max_ns,
         });
-        Ok(rows)
+        Ok(Course { timing, ending })
     }
 
     fn record(
@@ -319,21 +390,26 @@ impl<'a> Judged<'a> {
             volume: match self.job.volumes {
                 true => belief.volume(),
                 false => size.volume,
-            },
+            }
+            .filter(|volume| !volume.is_nan()),
             covariance: belief.covariance().map(|p| p.as_slice().to_vec()),
             contains_truth: contains,
             lp_count: size.lp_count as i64,
             pivots: size.pivots as i64,
         });
         if self.job.extras && phase == self.estimator.reported_phase() {
-            rows.extras
-                .extend(belief.extras().into_iter().map(|(name, value)| Extra {
-                    estimator: self.id.clone(),
-                    run: run as i32,
-                    k: k as i32,
-                    name: name.into(),
-                    value,
-                }));
+            let extras = belief.extras().into_iter();
+            rows.extras.extend(
+                extras
+                    .filter(|(_, x)| !x.is_nan())
+                    .map(|(name, value)| Extra {
+                        estimator: self.id.clone(),
+                        run: run as i32,
+                        k: k as i32,
+                        name: name.into(),
+                        value,
+                    }),
+            );
         }
         if run == 0 {
             let wanted = self.job.output.sets.contains(&k);
@@ -351,6 +427,7 @@ impl<'a> Judged<'a> {
 
     fn set(&self, run: usize, k: usize, phase: &Name, belief: &AnyBelief, most: usize) -> Set {
         let shape = belief.shape();
+        let numbers = |v: &Vec<f64>| v.iter().all(|x| !x.is_nan());
         let vertices = (self.components.len() == 2).then(|| {
             outline(&shape, (0, 1))
                 .into_iter()
@@ -363,16 +440,18 @@ impl<'a> Judged<'a> {
             k: k as i32,
             phase: phase.clone(),
             kind: shape.kind.into(),
-            center: Some(shape.center),
+            center: Some(shape.center).filter(numbers),
             generators: shape
                 .generators
                 .filter(|g| g.cols() <= most)
-                .map(|g| g.as_slice().to_vec()),
+                .map(|g| g.as_slice().to_vec())
+                .filter(numbers),
             a: shape
                 .constraints
                 .as_ref()
-                .map(|(a, _)| a.as_slice().to_vec()),
-            b: shape.constraints.map(|(_, b)| b),
+                .map(|(a, _)| a.as_slice().to_vec())
+                .filter(numbers),
+            b: shape.constraints.map(|(_, b)| b).filter(numbers),
             vertices: vertices.filter(|v| v.iter().all(|x| x.is_finite())),
         }
     }

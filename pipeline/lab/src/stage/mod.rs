@@ -1,5 +1,8 @@
 //! The stages of an experiment: simulate → estimate → reduce, and the traces beside them.
 //!
+//! Each is a function of an input that names everything it reads, and a folder to write into.
+
+pub mod ending;
 pub mod estimate;
 pub mod reduce;
 pub mod simulate;
@@ -12,6 +15,9 @@ pub use zonobench_lake::table::metadata;
 /// results' addresses.
 pub const CRATE: &str = env!("CARGO_PKG_NAME");
 
+use crate::recorded::Recording;
+use std::sync::Arc;
+use zonobench_estimation::track::Data;
 use zonobench_estimation::{Problem, System as _};
 use zonobench_lake::error::Error;
 use zonobench_lake::rows::{Input, Measurement, Truth};
@@ -23,22 +29,69 @@ use zonobench_sets::Interval;
 type TruePoint = (f64, Option<f64>);
 
 /// What was recorded: for each run and step the inputs and measurements, and the truth where there is one.
-#[derive(Default)]
 pub struct Recordings {
     /// `u[run][k][component]`.
-    pub u: Vec<Vec<Vec<f64>>>,
-    /// `y[run][k][component]`.
-    pub y: Vec<Vec<Vec<Option<f64>>>>,
+    u: Vec<Vec<Vec<f64>>>,
+    y: Measured,
     x: Vec<Vec<Vec<TruePoint>>>,
 }
 
+enum Measured {
+    /// `y[run][k][component]`.
+    Simulated(Vec<Vec<Vec<Option<f64>>>>),
+    /// One run, of which only some steps have a measurement; and what stands for the others.
+    Recorded(Arc<Recording>, Vec<Option<f64>>),
+}
+
+/// One run, as an estimator sees it.
+pub struct Run<'a> {
+    recordings: &'a Recordings,
+    run: usize,
+}
+
+impl Data for Run<'_> {
+    fn input(&self, k: usize) -> &[f64] {
+        let run = self.recordings.u.get(self.run);
+        run.and_then(|u| u.get(k)).map_or(&[], Vec::as_slice)
+    }
+    fn measurement(&self, k: usize) -> &[Option<f64>] {
+        self.recordings.measurement(self.run, k).unwrap_or(&[])
+    }
+}
+
 impl Recordings {
-    /// Recorded data of one run, without a truth.
-    pub fn recorded(u: Vec<Vec<f64>>, y: Vec<Vec<Option<f64>>>) -> Self {
+    /// Recorded data of one run, of m measured components, without a truth.
+    pub fn recorded(u: Vec<Vec<f64>>, y: Arc<Recording>, m: usize) -> Self {
         Self {
             u: vec![u],
-            y: vec![y],
+            y: Measured::Recorded(y, vec![None; m]),
             x: Vec::new(),
+        }
+    }
+
+    /// The last step with a measurement of recorded data.
+    pub fn last(&self) -> usize {
+        match &self.y {
+            Measured::Simulated(y) => y.iter().map(Vec::len).max().unwrap_or(1) - 1,
+            Measured::Recorded(y, _) => y.last(),
+        }
+    }
+
+    /// Inputs and measurements of one run.
+    pub fn run(&self, run: usize) -> Run<'_> {
+        Run {
+            recordings: self,
+            run,
+        }
+    }
+
+    /// y_k of a run, with None for a component that was not measured; None after the last step.
+    pub fn measurement(&self, run: usize, k: usize) -> Option<&[Option<f64>]> {
+        match &self.y {
+            Measured::Simulated(y) => y.get(run)?.get(k).map(Vec::as_slice),
+            Measured::Recorded(y, missing) => {
+                (run == 0 && k <= y.last()).then(|| y.row(k).unwrap_or(missing))
+            }
         }
     }
 
@@ -70,12 +123,19 @@ impl Recordings {
             put(&mut u, r.run, r.k, variables.u.len(), r.value);
         })?;
         u.resize(y.len(), Vec::new());
-        Ok(Self { u, y, x })
+        Ok(Self {
+            u,
+            y: Measured::Simulated(y),
+            x,
+        })
     }
 
     /// Number of runs.
     pub fn runs(&self) -> usize {
-        self.y.len()
+        match &self.y {
+            Measured::Simulated(y) => y.len(),
+            Measured::Recorded(..) => 1,
+        }
     }
 
     /// The true state at step `k` of `run` as computed.

@@ -258,10 +258,9 @@ fn fold(
     if compared.is_some_and(|o| o.id == s.id) {
         return Ok(Vec::new());
     }
-    let fail = |source: EstimationError| Error::Estimation {
+    let fail = |source: EstimationError| Error::Estimator {
         experiment: experiment.name(),
         estimator: s.id.clone(),
-        run: 0,
         source: Box::new(source),
     };
     let variables = experiment.problem.system.variables();

@@ -90,7 +90,7 @@ pub fn make(
     for (k, step) in &mut steps {
         step.k = *k;
         step.truth = recordings.state(0, *k);
-        step.measurement = recordings.y.first().and_then(|y| y.get(*k)).cloned();
+        step.measurement = recordings.measurement(0, *k).map(<[_]>::to_vec);
         if step.center.is_empty() {
             step.center = vec![f64::NAN; n];
         }

@@ -5,11 +5,11 @@
 //! lie between two; 0 and −0 are equal.
 
 use datafusion::arrow::array::cast::AsArray;
-use datafusion::arrow::array::{Array, ArrayRef, PrimitiveArray};
-use datafusion::arrow::compute::CastOptions;
+use datafusion::arrow::array::{Array, ArrayRef, Int64Array, PrimitiveArray};
 use datafusion::arrow::compute::kernels::numeric;
+use datafusion::arrow::compute::{CastOptions, cast as cast_array};
 use datafusion::arrow::datatypes::{DataType, Float64Type};
-use datafusion::common::{DFSchema, Result, ScalarValue};
+use datafusion::common::{DFSchema, DataFusionError, Result, ScalarValue};
 use datafusion::logical_expr::expr::{AggregateFunction, WindowFunction, WindowFunctionParams};
 use datafusion::logical_expr::planner::{
     ExprPlanner, PlannerResult, RawAggregateExpr, RawBinaryExpr, RawWindowExpr,
@@ -176,6 +176,9 @@ pub(crate) fn functions() -> Vec<Arc<ScalarUDF>> {
     vec![
         Arc::new(NEAREST.clone()),
         Arc::new(NEAREST_OF_DECIMALS.clone()),
+        Arc::new(ScalarUDF::from(Length {
+            signature: Signature::any(1, Volatility::Immutable),
+        })),
         Arc::new(
             datafusion::functions::math::signum()
                 .as_ref()
@@ -237,6 +240,56 @@ impl ScalarUDFImpl for Checked {
             "//" => apply(left, right, numeric::div),
             _ => apply(left, right, numeric::rem),
         }
+    }
+}
+
+/// How many characters a text has, or entries a list.
+#[derive(Debug, PartialEq, Eq, Hash)]
+struct Length {
+    signature: Signature,
+}
+
+impl ScalarUDFImpl for Length {
+    fn name(&self) -> &str {
+        "length"
+    }
+
+    fn signature(&self) -> &Signature {
+        &self.signature
+    }
+
+    fn return_type(&self, _: &[DataType]) -> Result<DataType> {
+        Ok(DataType::Int64)
+    }
+
+    fn invoke_with_args(&self, args: ScalarFunctionArgs) -> Result<ColumnarValue> {
+        let values = args.args[0].to_array(args.number_rows)?;
+        let lengths: Int64Array = match values.data_type() {
+            DataType::List(_) => {
+                let lists = values.as_list::<i32>();
+                lists
+                    .iter()
+                    .map(|list| list.map(|l| l.len() as i64))
+                    .collect()
+            }
+            DataType::Utf8
+            | DataType::LargeUtf8
+            | DataType::Utf8View
+            | DataType::Dictionary(..)
+            | DataType::Null => {
+                let texts = cast_array(&values, &DataType::Utf8)?;
+                let texts = texts.as_string::<i32>();
+                texts
+                    .iter()
+                    .map(|t| t.map(|t| t.chars().count() as i64))
+                    .collect()
+            }
+            other => {
+                let message = format!("LENGTH takes a text or a list, got {other}");
+                return Err(DataFusionError::Plan(message));
+            }
+        };
+        Ok(ColumnarValue::Array(Arc::new(lengths)))
     }
 }
 

@@ -14,6 +14,7 @@ use datafusion::arrow::array::RecordBatch;
 use datafusion::arrow::datatypes::SchemaRef;
 use datafusion::catalog::{CatalogProvider, MemoryCatalogProvider, SchemaProvider, TableProvider};
 use datafusion::common::{DataFusionError, TableReference};
+use datafusion::execution::FunctionRegistry as _;
 use datafusion::execution::context::SQLOptions;
 use datafusion::execution::memory_pool::FairSpillPool;
 use datafusion::execution::runtime_env::RuntimeEnvBuilder;
@@ -177,14 +178,17 @@ fn state(tables: Vec<Table>) -> Result<SessionState, Fault> {
         .with_memory_pool(Arc::new(FairSpillPool::new(MEMORY)))
         .build_arc()
         .map_err(Fault::of)?;
-    let state = SessionStateBuilder::new()
+    let mut state = SessionStateBuilder::new()
         .with_config(config)
         .with_runtime_env(runtime)
         .with_expr_planners(vec![Arc::new(Meaning)])
-        .with_scalar_functions(meaning::functions())
         .with_default_features()
         .with_physical_optimizer_rules(rules())
         .build();
+    // After the usual ones, some of which they stand in for.
+    for function in meaning::functions() {
+        state.register_udf(function).map_err(Fault::of)?;
+    }
     let catalog = MemoryCatalogProvider::new();
     let schema = Tables { tables };
     catalog

@@ -1,7 +1,7 @@
-//! box: Figs. 3 to 9 of [MeslemRamdani].
+//! box: Figs. 1 to 9 of [MeslemRamdani].
 
 use super::{About, Data, Drawing, Figure, at_steps};
-use crate::source::{FirstRun, Source, Trail};
+use crate::source::{FirstRun, Instant, Source, Trail};
 use crate::svg::{self, Axis, Colour, Marker, Panel, Series, ellipse, rectangle};
 use std::collections::BTreeMap;
 use zonobench_estimation::System;
@@ -23,7 +23,7 @@ pub const ABOUT: About = About {
            deterministic signals in the same boxes. The paper concludes that the two perform alike where the \
            statistics are known, that the box is better where only bounds are, and that the Kalman filter is the \
            less demanding one.",
-    not_drawn: "Figs. 1 and 2 explain an ellipsoid and a box with sample states; they have no data to redraw.",
+    not_drawn: "",
     draw,
 };
 
@@ -44,11 +44,30 @@ const COVARIANCES: (&str, &str, &str) = (
     "estimator = 'kalman' AND phase = 'predicted' AND k IN (0, 4, 9, 39, 79, 119)",
 );
 
+/// Figs. 1 and 2 explain what an estimator gives, at no step that they name: here at this one of this experiment, with
+/// the states of so many runs.
+const EXPLAINED: &str = "scenario-a";
+const EXPLAINED_AT: i32 = 39;
+const SAMPLES: i32 = 50;
+
 /// The instants of Figs. 5 and 9.
 const INSTANTS: [i32; 6] = [0, 4, 9, 39, 79, 119];
 
 fn draw(source: &Source, paper: Option<&Paper>) -> Result<Vec<Figure>, Error> {
     let mut figures = Vec::new();
+    if let Some(run) = source.first_run("box", EXPLAINED)? {
+        let at = |of| source.instants("box", EXPLAINED, of, EXPLAINED_AT, SAMPLES);
+        figures.push(Figure {
+            name: "Fig. 1",
+            title: "The estimate of the Kalman filter, with possible states".to_owned(),
+            drawing: ellipse_with_states(&run, &at(KALMAN)?),
+        });
+        figures.push(Figure {
+            name: "Fig. 2",
+            title: "The estimate of Box-State-Est, with possible states".to_owned(),
+            drawing: box_with_states(&run, &at(BOX)?),
+        });
+    }
     for (experiment, scenario, names) in [
         ("scenario-a", "scenario A", ["Fig. 3", "Fig. 4", "Fig. 5"]),
         ("scenario-b", "scenario B", ["Fig. 7", "Fig. 8", "Fig. 9"]),
@@ -78,6 +97,189 @@ fn draw(source: &Source, paper: Option<&Paper>) -> Result<Vec<Figure>, Error> {
         });
     }
     Ok(figures)
+}
+
+/// The picture of Figs. 1 and 2: a set, the estimate in it and possible states, in the paper's colours but for the
+/// magenta.
+fn explained(
+    run: &FirstRun,
+    title: &str,
+    set: Vec<[f64; 2]>,
+    set_label: &str,
+    center: [f64; 2],
+    states: Vec<[f64; 2]>,
+) -> svg::Figure {
+    let axis = |i: usize| {
+        let (name, unit) = &run.states[i];
+        Axis::new(name, unit)
+    };
+    let marks = |label: &str, colour, marker, points| Series::Points {
+        label: label.to_owned(),
+        colour,
+        marker,
+        points,
+    };
+    let panel = Panel {
+        x: axis(0),
+        y: axis(1),
+        series: vec![
+            Series::Polygon {
+                label: set_label.to_owned(),
+                colour: Colour::Purple,
+                filled: true,
+                vertices: set,
+            },
+            marks("possible states", Colour::Blue, Marker::Dot, states),
+            marks("estimate", Colour::Vermilion, Marker::Cross, vec![center]),
+        ],
+        ..Panel::default()
+    };
+    svg::Figure {
+        title: title.to_owned(),
+        columns: 1,
+        panels: vec![panel],
+        ..svg::Figure::default()
+    }
+}
+
+/// What the figure was drawn from: one step of the first runs.
+fn of_the_first_runs(run: &FirstRun, queries: &[(&str, &str, &str)]) -> Data {
+    let mut data = Data::of("box", EXPLAINED, run, queries);
+    for sql in &mut data.sql {
+        *sql = sql.replace(" AND run = 0", &format!(" AND run < {SAMPLES}"));
+    }
+    data
+}
+
+/// Two numbers of two components.
+fn pair(x: &[f64]) -> Option<[f64; 2]> {
+    x.try_into().ok()
+}
+
+/// Fig. 1: the errors of 50 runs about the estimate of run 0, whose covariance is that of every run.
+fn ellipse_with_states(run: &FirstRun, instants: &[Instant]) -> Result<Drawing, String> {
+    let nothing = || format!("the run does not reach k = {EXPLAINED_AT}");
+    let level = 0.9;
+    let first = instants.first().ok_or_else(nothing)?;
+    let center = pair(&first.center).ok_or_else(nothing)?;
+    let Some(&[p11, p12, p21, p22]) = run.covariance(KALMAN.0, KALMAN.1, EXPLAINED_AT) else {
+        return Err(nothing());
+    };
+    let radius = chi_square_isf(1.0 - level, 2).expect("0 < 1 - p < 1 and two degrees of freedom");
+    let errors: Vec<[f64; 2]> = instants
+        .iter()
+        .filter_map(|at| {
+            Some([
+                at.state.first()? - at.center.first()?,
+                at.state.get(1)? - at.center.get(1)?,
+            ])
+        })
+        .collect();
+    let determinant = p11 * p22 - p12 * p21;
+    let inside = errors
+        .iter()
+        .filter(|[a, b]| (p22 * a * a - (p12 + p21) * a * b + p11 * b * b) / determinant <= radius);
+    let caption = format!(
+        "In the paper: estimate a red cross, confidence ellipsoid of probability 0.9 magenta, some possible states blue \
+         stars, at a step that it does not name. Here the prediction x̂_{{k|k−1}} of the Kalman filter at k = {EXPLAINED_AT} \
+         of scenario A, and as possible states that estimate plus the errors of {} runs, whose covariance is the same: {} of \
+         them are in the ellipse.",
+        errors.len(),
+        inside.count()
+    );
+    let outline = ellipse(
+        center,
+        [[radius * p11, radius * p12], [radius * p21, radius * p22]],
+    );
+    let states = errors.iter().map(|e| [center[0] + e[0], center[1] + e[1]]);
+    let title = "Estimate and confidence ellipse of the Kalman filter";
+    Ok(Drawing {
+        svg: explained(
+            run,
+            title,
+            outline,
+            "confidence ellipse, p = 0.9",
+            center,
+            states.collect(),
+        )
+        .to_svg(),
+        caption,
+        data: of_the_first_runs(
+            run,
+            &[
+                ("run, component, value", "truth", "k = 39"),
+                (
+                    "run, component, center",
+                    "estimates",
+                    "k = 39 AND estimator = 'kalman' AND phase = 'predicted'",
+                ),
+                (
+                    "run, covariance",
+                    "beliefs",
+                    "k = 39 AND estimator = 'kalman' AND phase = 'predicted'",
+                ),
+            ],
+        ),
+    })
+}
+
+/// Fig. 2: the states of 50 runs, each at its place in its own box.
+fn box_with_states(run: &FirstRun, instants: &[Instant]) -> Result<Drawing, String> {
+    let nothing = || format!("the run does not reach k = {EXPLAINED_AT}");
+    let first = instants.first().ok_or_else(nothing)?;
+    let (center, low, high) = pair(&first.center)
+        .zip(pair(&first.lower).zip(pair(&first.upper)))
+        .map(|(center, (low, high))| (center, low, high))
+        .ok_or_else(nothing)?;
+    // From 0 at the lower end to 1 at the upper one.
+    let place = |at: &Instant, i: usize| {
+        let (lower, upper) = (at.lower.get(i)?, at.upper.get(i)?);
+        Some((at.state.get(i)? - lower) / (upper - lower))
+    };
+    let places: Vec<[f64; 2]> = instants
+        .iter()
+        .filter_map(|at| Some([place(at, 0)?, place(at, 1)?]))
+        .collect();
+    let inside = places
+        .iter()
+        .filter(|p| p.iter().all(|x| (0.0..=1.0).contains(x)))
+        .count();
+    let caption = format!(
+        "In the paper: estimate a red cross, enclosure a magenta box, some possible states blue stars, at a step that it \
+         does not name. Here [x_k] and its midpoint at k = {EXPLAINED_AT} of scenario A, and as possible states those of {} \
+         runs, each at its place in its own box: {inside} of them are in it.",
+        places.len()
+    );
+    let states = places.iter().map(|p| {
+        [
+            low[0] + p[0] * (high[0] - low[0]),
+            low[1] + p[1] * (high[1] - low[1]),
+        ]
+    });
+    let title = "Estimate and enclosure of Box-State-Est";
+    Ok(Drawing {
+        svg: explained(
+            run,
+            title,
+            rectangle(low, high),
+            "box of Box-State-Est",
+            center,
+            states.collect(),
+        )
+        .to_svg(),
+        caption,
+        data: of_the_first_runs(
+            run,
+            &[
+                ("run, component, value", "truth", "k = 39"),
+                (
+                    "run, component, center, lower, upper",
+                    "estimates",
+                    "k = 39 AND estimator = 'box-state-est' AND phase = 'updated'",
+                ),
+            ],
+        ),
+    })
 }
 
 fn points(values: &BTreeMap<i32, f64>) -> Vec<[f64; 2]> {
@@ -401,8 +603,9 @@ fn signals(run: &FirstRun, experiment: &str, published: Option<&Experiment>) -> 
     let measurements = ("k, component, value", "measurements", "");
     figure(Ok(Drawing {
         svg: drawn.to_svg(),
-        caption: "The paper's signals are not in its text. These are chosen so that the Kalman estimate leaves the box at \
-                  the steps that the paper names: d1 a saw, d2 and v a square, all of period 40. Computed from what was \
+        caption: "The paper's signals are in its Fig. 6 alone, which the text at hand has not. These are chosen so that the \
+                  Kalman estimate leaves the box at the steps that the paper names: d1 a saw, d2 and v a square, all of \
+                  period 40. Computed from what was \
                   simulated: d_k = x_{k+1} − A x_k, v_k = y_k − C x_k."
             .to_owned(),
         data: Data::of("box", experiment, run, &[TRUTH, measurements]),

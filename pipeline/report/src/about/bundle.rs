@@ -4,6 +4,8 @@ use super::{About, Data, Drawing, Figure};
 use crate::source::{FirstRun, Source};
 use crate::svg::{self, Axis, Colour, Marker, Panel, Series};
 use std::collections::BTreeMap;
+use zonobench_estimation::random::{Draws, Purpose};
+use zonobench_estimation::{Problem, System as _};
 use zonobench_lake::digits::four_digits;
 use zonobench_lake::error::Error;
 use zonobench_lake::rows::{Score, Set};
@@ -17,10 +19,12 @@ pub const ABOUT: About = About {
            remainder that is monotone in each variable, so that its bounds over a box are its values at corners: \
            **D-ZB** does so over the rotated boxes of a bundle, **D-CZ** over the hull. **RRSR** is the mean value \
            extension of [Rego2020], **D-RRSR** bounds its Jacobian by decomposition, and **COMB** intersects all four.\n\n\
-           The corollary that bounds the remainder is wrong as printed and right when its corners are exchanged; with \
-           that the first column of both tables comes out, Table I as areas of hulls. The later columns of Table II \
-           cannot be means of independent runs. **LIFT**, which is not in the paper, imposes every relation of every \
-           method on one and the same state and projects once.",
+           As written, all vectors of every row are taken and the sets intersected. In the text at hand the corners of the \
+           corollary that bounds the remainder are exchanged; with them restored the first column of both tables comes \
+           out, Table I as areas of hulls, Table II with half-widths of X_0 that are fitted to it, since they are not \
+           printed. The later columns of Table II rest on landmarks and draws that are not printed either, and do not look \
+           like means of independent runs. **LIFT**, which is not in the paper, imposes every relation of every method on \
+           one and the same state and projects once.",
     not_drawn: "",
     draw,
 };
@@ -38,7 +42,7 @@ const SHOWN: [(&str, &str, Colour); 6] = [
 /// The last k that is drawn.
 const LAST: i32 = 4;
 
-fn draw(source: &Source, _: Option<&Paper>) -> Result<Vec<Figure>, Error> {
+fn draw(source: &Source, paper: Option<&Paper>) -> Result<Vec<Figure>, Error> {
     let mut figures = Vec::new();
     let examples = [
         (
@@ -63,10 +67,12 @@ fn draw(source: &Source, _: Option<&Paper>) -> Result<Vec<Figure>, Error> {
             continue;
         };
         let sets = source.sets("bundle", experiment)?;
+        let found = paper.and_then(|p| p.experiments.iter().find(|e| e.id == experiment));
+        let dots = found.map_or_else(Vec::new, |e| cloud(&run, &e.problem));
         figures.push(Figure {
             name,
             title: title.to_owned(),
-            drawing: updated_sets(experiment, title, &run, &sets, [x, y], unit),
+            drawing: updated_sets(experiment, title, &run, &sets, &dots, [x, y], unit),
         });
     }
     if let Some(run) = source.first_run("bundle", "ranking")? {
@@ -101,12 +107,77 @@ fn area(vertices: &[[f64; 2]]) -> f64 {
     0.5 * twice
 }
 
+/// Sampled states of a step, as the paper draws them.
+const DOTS: usize = 150;
+
+/// Of at most this many draws a step those are kept that agree with what was measured.
+const TRIES: usize = 20_000;
+
+/// The seed of the samples.
+const SEED: u64 = 1;
+
+/// The first two components of sampled states by k: states of X_0 and noises of W, drawn uniformly and put through the
+/// dynamics, that agree with every measurement of run 0 so far.
+fn cloud(run: &FirstRun, problem: &Problem) -> Vec<Vec<[f64; 2]>> {
+    let (Some(w), Some(v)) = (&problem.w.bounds, &problem.v.bounds) else {
+        return Vec::new();
+    };
+    let variables = problem.system.variables();
+    let names = variables.y;
+    let agrees = |k: i32, x: &[f64]| {
+        let mut y = vec![0.0; names.len()];
+        let silent = vec![0.0; variables.v.len()];
+        problem.system.h(k as usize, x, &[], &silent, &mut y);
+        names.iter().zip(&y).zip(v.iter()).all(|((name, y), v)| {
+            let seen = run.measured.get(&name.name).and_then(|seen| seen.get(&k));
+            seen.is_none_or(|seen| v.contains(seen - y))
+        })
+    };
+    let g = problem.prior.generator_matrix();
+    let mut first = Draws::new(SEED, Purpose::X0, 0);
+    let start = |j: usize| -> Vec<f64> {
+        let xi: Vec<f64> = (0..g.cols()).map(|i| first.uniform(j, i, 0)).collect();
+        let moved = g.mul_vec(&xi);
+        let center = &problem.prior.center;
+        center.iter().zip(&moved).map(|(c, d)| c + d).collect()
+    };
+    let mut states: Vec<Vec<f64>> = (0..TRIES)
+        .map(start)
+        .filter(|x| agrees(0, x))
+        .take(DOTS)
+        .collect();
+    let mut all = Vec::new();
+    for k in 0..=LAST.min(run.last()) {
+        if k > 0 {
+            let mut draws = Draws::new(SEED, Purpose::W, k as u64);
+            let next = |j: usize| {
+                let x = states.get(j % states.len().max(1))?;
+                let noise = w.iter().enumerate();
+                let noise: Vec<f64> = noise
+                    .map(|(i, w)| w.mid() + w.rad() * draws.uniform(j, i, 0))
+                    .collect();
+                let mut to = vec![0.0; x.len()];
+                problem.system.f(k as usize - 1, x, &[], &noise, &mut to);
+                Some(to)
+            };
+            states = (0..TRIES)
+                .filter_map(next)
+                .filter(|x| agrees(k, x))
+                .take(DOTS)
+                .collect();
+        }
+        all.push(states.iter().map(|x| [x[0], x[1]]).collect());
+    }
+    all
+}
+
 /// Figs. 1 and 2: a panel a step.
 fn updated_sets(
     experiment: &str,
     title: &str,
     run: &FirstRun,
     sets: &[Set],
+    dots: &[Vec<[f64; 2]>],
     [x, y]: [&str; 2],
     unit: &str,
 ) -> Result<Drawing, String> {
@@ -132,11 +203,19 @@ fn updated_sets(
                 vertices: vertices.clone(),
             });
         }
+        if let Some(points) = dots.get(k as usize) {
+            series.push(Series::Points {
+                label: "sampled states".to_owned(),
+                colour: Colour::Black,
+                marker: Marker::Dot,
+                points: points.clone(),
+            });
+        }
         if let (Some(&x), Some(&y)) = (xs.get(&k), ys.get(&k)) {
             series.push(Series::Points {
                 label: "true state".to_owned(),
                 colour: Colour::Black,
-                marker: Marker::Dot,
+                marker: Marker::Cross,
                 points: vec![[x, y]],
             });
         }
@@ -163,8 +242,9 @@ fn updated_sets(
         svg: figure.to_svg(),
         caption: format!(
             "In the paper: the updated sets of the five methods at k = 0 to 4 in one run whose seed is not printed, \
-             with dots for sampled states. Here the dot is the true state of run 0, and LIFT is added. Areas of what \
-             is drawn at k = {end}: {}.",
+             with dots for states and noises that were sampled uniformly and put through the dynamics. Here run 0 and up to \
+             {DOTS} such states a step that agree with all measurements so far, the true state as a cross, and LIFT. Areas of \
+             what is drawn at k = {end}: {}.",
             areas.join(", ")
         ),
         data: Data::of(
@@ -178,6 +258,7 @@ fn updated_sets(
                     "phase = 'updated'",
                 ),
                 ("k, component, value", "truth", ""),
+                ("k, component, value", "measurements", ""),
             ],
         ),
     })

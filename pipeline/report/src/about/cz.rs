@@ -25,8 +25,8 @@ pub const ABOUT: About = About {
            Theorem 3 as printed loses points where it is expanded about another point than the center; the code \
            takes the symmetric half Hessian there.\n\n\
            Example 2, a quadrotor of twelve states at 100 Hz, comes out over its whole flight, with the true state \
-           proved to be in every set. CZFO is there in a lean form, since all products of twelve constraints \
-           take too long for a flight.",
+           proved to be in every set. CZFO flies there as printed, with three, six and twelve constraints, one flight each, \
+           and in a lean form, which is not in the paper, over more flights.",
     not_drawn: "",
     draw,
 };

@@ -16,7 +16,8 @@ pub const ABOUT: About = About {
            chooses a gain that minimises a weighted sum of the size of the zonotope and of the covariance (Theorem 1), \
            and corrects with y_k; the confidence box is the interval hull of the sum of the zonotope and an \
            ellipsoid of probability 1 − α. **EZGKF-M** (Remark 3) takes the matrix as an interval matrix. Both are \
-           compared with **EZGKP**, the predictor of earlier work that reads y_{k−1}.\n\n\
+           compared with **EZGKP**, the predictor of earlier work that reads y_{k−1}; its equations are not in the paper, \
+           and are rebuilt here.\n\n\
            Case study 1 (Section V-A) is a Van der Pol oscillator in quasi-LPV form, case study 2 (Section V-B) a \
            linear system with one uncertain entry. The paper finds that the filters have smaller errors and boxes \
            than the predictor, and expects them to be no slower.",

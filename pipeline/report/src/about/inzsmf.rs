@@ -17,8 +17,8 @@ pub const ABOUT: About = About {
            the vehicle is (Theorem 3.1). Both choose their gain by given poles (Algorithm 1) or by the least \
            F-radius (Algorithm 2), and both reduce the zonotope to 30 generators.\n\n\
            The paper finds that InZSMF is better in error and in area, up to 50 % from a bad initial estimate. \
-           Its tables follow from a reduction that sums the dropped generators without absolute values, so that \
-           its sets enclose nothing, and from areas that are measured in different axes. What could be proved is \
+           Its tables agree with a reduction that sums the dropped generators without absolute values, whose sets \
+           enclose nothing, and with areas that are measured in different axes. What could be proved is \
            here too: an InZSMF that encloses what the linearisation drops.",
     not_drawn: "Fig. 1 explains how sets on the group and in its algebra belong together; it has no data to redraw.",
     draw,

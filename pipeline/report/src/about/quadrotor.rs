@@ -9,6 +9,9 @@ use zonobench_lake::error::Error;
 /// The experiment that is drawn.
 const FLIGHT: &str = "quadrotor-flight";
 
+/// The flight of CZFO as printed: the same data, 40 generators, 12 constraints.
+const PRINTED: &str = "quadrotor-full-12_g40";
+
 /// Steps between two hulls of Fig. 5: one second.
 const BETWEEN: i32 = 100;
 
@@ -26,24 +29,28 @@ pub fn figures(source: &Source) -> Result<Vec<Figure>, Error> {
     let figure = |name, title: &str, drawing| Figure {
         name,
         title: title.to_owned(),
-        drawing: Ok(drawing),
+        drawing,
     };
+    let printed = source.first_run("cz", PRINTED)?;
+    let taylor = printed.as_ref().map_or_else(
+        || Err(format!("the lake holds no {PRINTED}")),
+        |printed| {
+            let shown = [("czfo-printed-12", "CZFO"), ("zfo", "ZFO")];
+            Ok(radii(PRINTED, printed, shown))
+        },
+    );
     Ok(vec![
-        figure("Fig. 5", "The flight and the hulls", flight(&run)),
+        figure("Fig. 5", "The flight and the hulls", Ok(flight(&run))),
         figure(
             "Fig. 6",
             "Radii of CZMV and ZMV",
-            radii(&run, [("czmv", "CZMV"), ("zmv", "ZMV")]),
+            Ok(radii(FLIGHT, &run, [("czmv", "CZMV"), ("zmv", "ZMV")])),
         ),
-        figure(
-            "Fig. 7",
-            "Radii of CZFO and ZFO",
-            radii(&run, [("czfo", "CZFO, lean"), ("zfo", "ZFO")]),
-        ),
+        figure("Fig. 7", "Radii of CZFO and ZFO", taylor),
         figure(
             "Not in the paper",
             "Half-widths of each state",
-            components(&run),
+            Ok(components(&run)),
         ),
     ])
 }
@@ -54,63 +61,105 @@ fn side(run: &FirstRun, estimator: &str, component: &str, k: i32) -> Option<[f64
     Some([*trail.lower.get(&k)?, *trail.upper.get(&k)?])
 }
 
-/// Fig. 5: the path from above and from the side, with a hull a second.
+/// cos 30° and sin 30°, for the axonometric view: x to the lower right, y to the upper right, z upwards.
+const COS: f64 = 0.866_025_403_784_438_6;
+const SIN: f64 = 0.5;
+
+/// A point of space in the plane of the picture.
+fn seen([x, y, z]: [f64; 3]) -> [f64; 2] {
+    [COS * (x + y), SIN * (y - x) + z]
+}
+
+/// The three faces of a box that are seen: from the front left, from the front right, and from above.
+fn faces(ends: [[f64; 2]; 3]) -> [Vec<[f64; 2]>; 3] {
+    let corner = |x: usize, y: usize, z: usize| seen([ends[0][x], ends[1][y], ends[2][z]]);
+    [
+        vec![
+            corner(0, 0, 0),
+            corner(1, 0, 0),
+            corner(1, 0, 1),
+            corner(0, 0, 1),
+        ],
+        vec![
+            corner(1, 0, 0),
+            corner(1, 1, 0),
+            corner(1, 1, 1),
+            corner(1, 0, 1),
+        ],
+        vec![
+            corner(0, 0, 1),
+            corner(1, 0, 1),
+            corner(1, 1, 1),
+            corner(0, 1, 1),
+        ],
+    ]
+}
+
+/// Fig. 5: the path in space with a hull a second, in an axonometric view.
 fn flight(run: &FirstRun) -> Drawing {
-    let plane = |title: &str, across: &str, upwards: &str| {
-        let mut series = Vec::new();
-        for (estimator, label, colour) in [
-            ("zmv", "ZMV", Colour::Green),
-            ("czmv", "CZMV", Colour::Vermilion),
-        ] {
-            // The first hull is the prior cut by one measurement, ten times as large.
-            for k in (BETWEEN..=run.last()).step_by(BETWEEN as usize) {
-                let (a, b) = (
-                    side(run, estimator, across, k),
-                    side(run, estimator, upwards, k),
-                );
-                if let (Some(a), Some(b)) = (a, b) {
-                    series.push(Series::Polygon {
-                        label: label.to_owned(),
-                        colour,
-                        filled: false,
-                        vertices: svg::rectangle([a[0], b[0]], [a[1], b[1]]),
-                    });
-                }
-            }
+    const AXES: [&str; 3] = ["x", "y", "z"];
+    let mut series = Vec::new();
+    for (estimator, label, colour) in [
+        ("zmv", "ZMV", Colour::Green),
+        ("czmv", "CZMV", Colour::Vermilion),
+    ] {
+        // The first hull is the prior cut by one measurement, ten times as large.
+        for k in (BETWEEN..=run.last()).step_by(BETWEEN as usize) {
+            let ends = AXES.map(|axis| side(run, estimator, axis, k));
+            let [Some(x), Some(y), Some(z)] = ends else {
+                continue;
+            };
+            series.extend(faces([x, y, z]).map(|vertices| Series::Polygon {
+                label: label.to_owned(),
+                colour,
+                filled: false,
+                vertices,
+            }));
         }
-        let (xs, ys) = (run.state(across), run.state(upwards));
-        let points = xs.iter().filter(|(k, _)| *k % STRIDE == 0);
-        series.push(Series::Line {
-            label: "true".to_owned(),
-            colour: Colour::Black,
-            points: points
-                .filter_map(|(k, &x)| Some([x, *ys.get(k)?]))
-                .collect(),
+    }
+    let [xs, ys, zs] = AXES.map(|axis| run.state(axis));
+    let points = xs.iter().filter(|(k, _)| *k % STRIDE == 0);
+    series.push(Series::Line {
+        label: "true".to_owned(),
+        colour: Colour::Black,
+        points: points
+            .filter_map(|(k, &x)| Some(seen([x, *ys.get(k)?, *zs.get(k)?])))
+            .collect(),
+    });
+    // Half a metre along each axis, from a corner below the path.
+    let origin = [-0.3, -0.3, 0.6];
+    for axis in 0..3 {
+        let mut end = origin;
+        end[axis] += 0.5;
+        series.push(Series::Dashes {
+            label: "0.5 m along x, y, z".to_owned(),
+            colour: Colour::Grey,
+            points: vec![seen(origin), seen(end)],
         });
-        Panel {
-            title: title.to_owned(),
-            x: Axis::new(across, "m"),
-            y: Axis::new(upwards, "m"),
-            series,
-            equal: true,
-        }
-    };
+    }
     let figure = svg::Figure {
         title: "Path and interval hulls, one a second".to_owned(),
-        columns: 2,
-        panels: vec![
-            plane("From above", "x", "y"),
-            plane("From the side", "x", "z"),
-        ],
+        columns: 1,
+        panels: vec![Panel {
+            title: "Axonometric: x to the lower right, y to the upper right, z upwards".to_owned(),
+            x: Axis::new("(x + y) cos 30°", "m"),
+            y: Axis::new("z + (y - x) sin 30°", "m"),
+            series,
+            equal: true,
+        }],
         ..svg::Figure::default()
     };
     Drawing {
         svg: figure.to_svg(),
-        caption: "In the paper: the path with the hulls of CZMV (red) and ZMV (green) in (x, y, z). Here: the same in \
-                  two views, after the first second. The controller does not know the wind, so the path leaves the \
-                  helix from 5 s to 15 s, by up to half a metre in each direction."
+        caption: "In the paper: the path with the hulls of CZMV (red) and ZMV (green) in (x, y, z). Here: the same, after \
+                  the first second, the three faces of each hull that are seen. The controller does not know the wind, so \
+                  the path leaves the helix from 5 s to 15 s, by up to half a metre in each direction."
             .to_owned(),
-        data: data(run, "estimator IN ('czmv', 'zmv') AND component IN ('x', 'y', 'z')"),
+        data: data(
+            FLIGHT,
+            run,
+            "estimator IN ('czmv', 'zmv') AND component IN ('x', 'y', 'z')",
+        ),
     }
 }
 
@@ -130,7 +179,7 @@ fn radius(run: &FirstRun, estimator: &str) -> Vec<[f64; 2]> {
 }
 
 /// Figs. 6 and 7.
-fn radii(run: &FirstRun, shown: [(&str, &str); 2]) -> Drawing {
+fn radii(experiment: &str, run: &FirstRun, shown: [(&str, &str); 2]) -> Drawing {
     let curves = shown.map(|(estimator, label)| (label, radius(run, estimator)));
     let mean =
         |points: &[[f64; 2]]| points.iter().map(|p| p[1]).sum::<f64>() / points.len().max(1) as f64;
@@ -170,7 +219,7 @@ fn radii(run: &FirstRun, shown: [(&str, &str); 2]) -> Drawing {
              not measured. Means: {}.",
             means.join(", ")
         ),
-        data: data(run, &condition),
+        data: data(experiment, run, &condition),
     }
 }
 
@@ -219,15 +268,15 @@ fn components(run: &FirstRun) -> Drawing {
         caption: "No noise drives the angles and turn rates, so their sets are what all measurements together leave: \
                   10⁻⁵ wide beside a velocity of 1. The linear programs scale their rows for that reason."
             .to_owned(),
-        data: data(run, "estimator = 'czmv'"),
+        data: data(FLIGHT, run, "estimator = 'czmv'"),
     }
 }
 
-fn data(run: &FirstRun, condition: &str) -> Data {
+fn data(experiment: &str, run: &FirstRun, condition: &str) -> Data {
     let condition = format!("phase = 'updated' AND {condition}");
     Data::of(
         "cz",
-        FLIGHT,
+        experiment,
         run,
         &[
             (

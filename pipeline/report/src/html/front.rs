@@ -6,8 +6,9 @@ use super::{Page, heading, link, title};
 use crate::model;
 use crate::source::Held;
 use zonobench_lake::digits::four_digits;
-use zonobench_lake::rows::Comparison;
-use zonobench_verdicts::verdict::{self, is_as_written};
+use zonobench_verdicts::compare::interval;
+use zonobench_verdicts::judged::{self, Judged, Subject};
+use zonobench_verdicts::verdict::Verdict;
 
 /// The front page.
 pub fn overview(papers: &[&Held], measured: &Measured) -> Page {
@@ -67,56 +68,60 @@ pub const SMOKE_RUN: &str = "<p class=\"notice\"><strong>A smoke run</strong> (<
                              <code>reproduce-all</code> makes those that are.</p>\n";
 
 fn introduction(papers: &[&Held], quick: bool) -> String {
-    let cells = papers
-        .iter()
-        .flat_map(|p| &p.comparisons)
-        .filter(|c| is_as_written(c))
-        .count();
     let mut out = format!(
-        "<p>{cells} printed numbers and claims of {} paper{} on state estimation with zonotopes and boxes, beside what comes \
-         out when they are run as they are written.</p>\n",
+        "<p>What {} paper{} on state estimation with zonotopes and boxes print{}, beside what comes out when it is run as it is \
+         written.</p>\n",
         papers.len(),
-        if papers.len() == 1 { "" } else { "s" }
+        if papers.len() == 1 { "" } else { "s" },
+        if papers.len() == 1 { "s" } else { "" }
     );
     if !quick {
-        let tallies: Vec<String> = model::tallies(papers)
-            .into_iter()
-            .map(|(n, what, like)| format!("<li class=\"{}\"><b>{n}</b> {what}</li>", class(like)))
-            .collect();
-        out += &format!("<ul class=\"tallies\">{}</ul>\n", tallies.concat());
-        out += "<p>Every one that does not come out is among the <a href=\"#findings\">findings</a>, with its reason and a \
-                command that shows it. <a href=\"#reading\">How to read a verdict</a>.</p>\n";
+        for tally in model::tallies(papers) {
+            let parts: Vec<String> = (tally.parts.iter())
+                .map(|p| {
+                    format!(
+                        "<li class=\"{}\"><b>{}</b> {}</li>",
+                        class(p.like),
+                        p.n,
+                        p.what
+                    )
+                })
+                .collect();
+            out += &format!(
+                "<p><b>{}</b> {}</p><ul class=\"tallies\">{}</ul>\n",
+                tally.all,
+                tally.subject.name(),
+                parts.concat()
+            );
+        }
+        out += "<p>Numbers were computed, parameters copied from the paper into the experiments; neither is summed with the other, \
+                nor with the claims in words. Every one that does not come out is among the <a href=\"#findings\">findings</a>, \
+                with its reason and a command that shows it. <a href=\"#reading\">How to read a verdict</a>.</p>\n";
     }
     out
 }
 
 /// Papers × tables by verdicts.
 fn matrix(papers: &[&Held]) -> String {
-    let all = verdict::counts(papers.iter().flat_map(|p| &p.comparisons));
-    let verdicts: Vec<String> = all.into_iter().map(|(name, _)| name).collect();
-    let counts = |cells: &[&Comparison]| {
-        let counts = verdict::counts(cells.iter().copied());
-        let sum: usize = counts.iter().map(|(_, n)| n).sum();
-        let mut out = format!(
-            "<td class=\"number\">{sum}</td><td>{}</td>",
-            bar(&counts, sum)
-        );
-        for name in &verdicts {
-            let n = counts
-                .iter()
-                .find(|(v, _)| v == name)
-                .map_or(0, |(_, n)| *n);
-            out += &if n == 0 {
-                "<td class=\"zero\"></td>".to_owned()
-            } else {
-                format!("<td class=\"count {}\">{n}</td>", class(name))
+    let columns = judged::columns(papers.iter().flat_map(|p| &p.comparisons));
+    let counts = |cells: &[&Judged]| {
+        let cells = || cells.iter().copied();
+        let mut out = String::new();
+        for subject in [Subject::Number, Subject::Claim] {
+            let counts = judged::counts(cells().filter(|c| c.subject == subject));
+            out += &format!("<td>{}</td>", bar(&counts));
+        }
+        for column in &columns {
+            out += &match judged::in_column(cells(), *column) {
+                0 => "<td class=\"zero\"></td>".to_owned(),
+                n => format!("<td class=\"count {}\">{n}</td>", class(column.1)),
             };
         }
         out
     };
     let mut bodies = String::new();
     for paper in papers {
-        let all: Vec<&Comparison> = paper.comparisons.iter().collect();
+        let all: Vec<&Judged> = paper.comparisons.iter().collect();
         bodies += &format!(
             "<tbody><tr class=\"whole\"><th scope=\"rowgroup\">{} <span class=\"muted\">{}</span></th>{}</tr>\n",
             link(&paper.name, "", &paper.name),
@@ -124,8 +129,7 @@ fn matrix(papers: &[&Held]) -> String {
             counts(&all)
         );
         for name in paper.tables() {
-            let cells: Vec<&Comparison> =
-                all.iter().copied().filter(|c| &*c.table == name).collect();
+            let cells: Vec<&Judged> = all.iter().copied().filter(|c| &*c.table == name).collect();
             bodies += &format!(
                 "<tr><th scope=\"row\" class=\"inner\">{}</th>{}</tr>\n",
                 link(&paper.name, name, name),
@@ -136,33 +140,35 @@ fn matrix(papers: &[&Held]) -> String {
     }
     let mut header = vec![
         "paper and table".to_owned(),
-        "cells".to_owned(),
-        "share".to_owned(),
+        "numbers".to_owned(),
+        "claims".to_owned(),
     ];
-    header.extend(verdicts.iter().map(|v| {
+    header.extend(columns.iter().map(|(subject, verdict)| {
         format!(
-            "<span aria-hidden=\"true\">{}</span> {}",
-            verdict::mark(v),
-            escaped(v).replace('_', " ")
+            "{} <span aria-hidden=\"true\">{}</span> {}",
+            subject.name(),
+            verdict.mark(),
+            escaped(verdict.name()).replace('_', " ")
         )
     }));
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
     heading(2, "verdicts", "Verdicts at a glance")
         + &table(
             "matrix",
-            "Cells of each table by verdict, the paper as written",
+            "Numbers, parameters and claims of each table by verdict, the paper as written",
             &header,
             &bodies,
         )
 }
 
-/// The verdicts as shares of one bar; the counts beside it say the same in words.
-fn bar(counts: &[(String, usize)], sum: usize) -> String {
+/// Verdicts as shares of one bar; the counts beside it say the same in words.
+fn bar(counts: &[(Verdict, usize)]) -> String {
+    let sum: usize = counts.iter().map(|(_, n)| n).sum();
     let mut shares: Vec<(&str, usize)> = Vec::new();
-    for (name, n) in counts {
-        match shares.iter_mut().find(|(c, _)| *c == class(name)) {
+    for (verdict, n) in counts {
+        match shares.iter_mut().find(|(c, _)| *c == class(*verdict)) {
             Some((_, all)) => *all += n,
-            None => shares.push((class(name), *n)),
+            None => shares.push((class(*verdict), *n)),
         }
     }
     let parts: Vec<String> = shares
@@ -172,10 +178,13 @@ fn bar(counts: &[(String, usize)], sum: usize) -> String {
             format!("<i class=\"{class}\" style=\"width:{share:.2}%\"></i>")
         })
         .collect();
-    format!(
-        "<span class=\"bar\" aria-hidden=\"true\">{}</span>",
-        parts.concat()
-    )
+    match sum {
+        0 => String::new(),
+        _ => format!(
+            "<span class=\"bar\" aria-hidden=\"true\">{}</span>",
+            parts.concat()
+        ),
+    }
 }
 
 /// What is not in this lake.
@@ -211,9 +220,9 @@ fn missing(papers: &[&Held], measured: &Measured) -> String {
 }
 
 /// Everything that does not come out as written.
-pub fn findings(papers: &[&Held], measured: &Measured) -> Page {
-    let mut body = "<h1>Findings</h1>\n<p>Every printed number or claim that does not come out as written: what is printed, \
-                    what was measured, why, and the command that shows it.</p>\n"
+pub fn findings(papers: &[&Held]) -> Page {
+    let mut body = "<h1>Findings</h1>\n<p>Every number and every claim, theorems among them, that does not come out as written or \
+                    could not be decided: what is printed, what was measured, why, and the command that shows it.</p>\n"
         .to_owned();
     if papers.iter().any(|p| p.is_quick()) {
         body += SMOKE_RUN;
@@ -223,14 +232,10 @@ pub fn findings(papers: &[&Held], measured: &Measured) -> Page {
         let mut rows = String::new();
         let mut n = 0;
         for found in model::findings(paper) {
-            let shown = |c: &Comparison, claims: String, asked: Option<(&str, &str)>| {
+            let shown = |c: &Judged, claims: String, asked: Option<(&str, &str)>| {
                 let mut measured = c.reproduced.map(four_digits).unwrap_or_default();
-                if let (Some(lo), Some(hi)) = (c.interval_lo, c.interval_hi) {
-                    measured += &format!(
-                        " <span class=\"muted\">[{}, {}]</span>",
-                        four_digits(lo),
-                        four_digits(hi)
-                    );
+                if let Some((lo, hi)) = c.interval {
+                    measured += &format!(" <span class=\"muted\">{}</span>", interval(lo, hi));
                 }
                 let mut why = escaped(&c.reason);
                 if let Some((asked, words)) = asked {
@@ -244,7 +249,7 @@ pub fn findings(papers: &[&Held], measured: &Measured) -> Page {
                     claims,
                     link(&paper.name, found.title, found.title),
                     measured,
-                    badge(&c.verdict),
+                    badge(c.verdict),
                     why,
                     format!(
                         "<details><summary>command</summary>{}</details>",
@@ -253,7 +258,13 @@ pub fn findings(papers: &[&Held], measured: &Measured) -> Page {
                 ])
             };
             for f in &found.decided {
-                rows += &shown(f.cell, claim(f.cell), f.asked);
+                rows += &shown(
+                    f.cell,
+                    claim(f.cell),
+                    f.asked
+                        .as_ref()
+                        .map(|(asked, words)| (asked.as_str(), *words)),
+                );
                 n += 1;
             }
             for (_, same) in &found.undecided {
@@ -261,17 +272,6 @@ pub fn findings(papers: &[&Held], measured: &Measured) -> Page {
                 rows += &shown(same[0], claims.join("<br>"), None);
                 n += same.len();
             }
-        }
-        for c in measured.false_claims(&paper.name) {
-            rows += &row(&[
-                format!("<b>{}</b>: {}", escaped(&c.claim), escaped(&c.statement)),
-                "<a href=\"#claims\">claims</a>".to_owned(),
-                escaped(&c.measured),
-                badge(&c.verdict),
-                escaped(&c.consequence),
-                code(&format!("zonobench claims {}", paper.name)),
-            ]);
-            n += 1;
         }
         if rows.is_empty() {
             body += "<p>None.</p>\n";
@@ -297,8 +297,8 @@ pub fn findings(papers: &[&Held], measured: &Measured) -> Page {
                     "<li>{} ({}): {} <em>{}</em>: {}. {}</li>",
                     claim(c),
                     escaped(&c.table),
-                    badge(&c.verdict),
-                    escaped(&c.reading),
+                    badge(c.verdict),
+                    escaped(c.reading.name()),
                     c.reproduced.map(four_digits).unwrap_or_default(),
                     escaped(&c.reason)
                 )
@@ -316,7 +316,7 @@ pub fn findings(papers: &[&Held], measured: &Measured) -> Page {
     }
 }
 
-fn claim(c: &Comparison) -> String {
+fn claim(c: &Judged) -> String {
     let column = if c.column.is_empty() {
         String::new()
     } else {
@@ -330,7 +330,7 @@ fn claim(c: &Comparison) -> String {
 }
 
 /// The query that gives one cell, with all its readings.
-fn cell_query(paper: &str, c: &Comparison) -> String {
+fn cell_query(paper: &str, c: &Judged) -> String {
     let quoted = |text: &str| text.replace('\'', "''");
     let mut sql = format!(
         "SELECT reading, published, reproduced, interval_lo, interval_hi, verdict, reason FROM comparison WHERE paper = '{paper}' \
@@ -358,9 +358,10 @@ pub fn in_double_quotes(text: &str) -> String {
 
 /// What the verdicts mean and how the page is used.
 pub fn how_to_read() -> Page {
-    let rows: Vec<String> = verdict::ALL
+    let rows: Vec<String> = Verdict::ALL
         .iter()
-        .map(|v| row(&[badge(v.name), escaped(v.meaning)]))
+        .filter(|v| v.is_of_a_cell())
+        .map(|v| row(&[badge(*v), escaped(v.meaning())]))
         .collect();
     let mut body = "<h1>How to read a verdict</h1>\n".to_owned();
     body += &blocks(
@@ -370,7 +371,9 @@ pub fn how_to_read() -> Page {
          An interval is where a repetition of the paper's own experiment would print its number, with 99 % probability, given \
          ours: |difference| ≤ t √(sd²/runs of the paper + sd²/runs of ours), plus half a unit of the last printed digit. Of many \
          cells one in a hundred is outside by chance.\n\n\
-         A claim in words is read as a comparison of a measured number, which stands beside it, and then holds or does not.\n\n\
+         A claim in words is read as a comparison of a measured number, which stands beside it, and then holds or does not; where \
+         the 99 % interval of the mean holds both outcomes it is undecided. A claim that something happens holds as soon as one \
+         run shows it.\n\n\
          Point at a reproduced number, or move to it with Tab, to see all its digits and its run. Click it, or press Enter, for the \
          commands that make it again. Click a column's name to sort by it.",
     );

@@ -1,13 +1,14 @@
 //! What the sweeps put into the lake: the papers' numbered claims put to the test, the campaign against the
 //! guarantees, the counted operations. Each is shown with the columns that it has.
 
-use super::markup::{badge, escaped, place, row, scrolling, table};
+use super::markup::{badge_named, escaped, place, row, scrolling, table};
 use super::{Page, heading};
 use crate::svg::{self, Axis, Colour, Marker, Panel, Series};
 use std::path::Path;
 use zonobench_lake::digits::four_digits;
 use zonobench_lake::error::Error;
 use zonobench_query::query::{self, Answer, Value};
+use zonobench_verdicts::verdict::Verdict;
 
 /// A table of the lake, the command that makes it, and what it is.
 const TABLES: [(&str, &str, &str); 3] = [
@@ -33,20 +34,6 @@ pub struct Measured {
     frames: [Option<Answer>; 3],
 }
 
-/// A claim that does not hold.
-pub struct FalseClaim {
-    /// Its name
-    pub claim: String,
-    /// What it says
-    pub statement: String,
-    /// How it was found to be false
-    pub measured: String,
-    /// `does_not_hold`
-    pub verdict: String,
-    /// What follows from that
-    pub consequence: String,
-}
-
 /// Reads the tables that there are.
 pub fn read(lake: &Path) -> Result<Measured, Error> {
     let mut frames = [None, None, None];
@@ -67,35 +54,6 @@ impl Measured {
         absent
             .map(|(_, (name, command, _))| (name, command))
             .collect()
-    }
-
-    /// The claims of a paper that were found to be false.
-    pub fn false_claims(&self, paper: &str) -> Vec<FalseClaim> {
-        let Some(frame) = &self.frames[0] else {
-            return Vec::new();
-        };
-        let of_paper = |i: &usize| {
-            text(frame, "paper", *i) == paper && text(frame, "verdict", *i) == "does_not_hold"
-        };
-        let claim = |i| FalseClaim {
-            claim: text(frame, "claim", i),
-            statement: text(frame, "statement", i),
-            measured: [
-                format!(
-                    "false in {} of {} trials",
-                    text(frame, "lost", i),
-                    text(frame, "trials", i)
-                ),
-                text(frame, "counterexample", i),
-            ]
-            .into_iter()
-            .filter(|part| !part.is_empty())
-            .collect::<Vec<_>>()
-            .join("; "),
-            verdict: text(frame, "verdict", i),
-            consequence: text(frame, "consequence", i),
-        };
-        (0..frame.len()).filter(of_paper).map(claim).collect()
     }
 }
 
@@ -127,7 +85,20 @@ pub fn page(measured: &Measured) -> Page {
         if name == "complexity" {
             body += &counts(frame);
         }
-        body += &whole(name, frame);
+        let all: Vec<usize> = (0..frame.len()).collect();
+        if name == "claims" {
+            let is_remark = |i: &usize| text(frame, "verdict", *i) == Verdict::Remark.name();
+            let (remarks, own): (Vec<usize>, Vec<usize>) = all.into_iter().partition(is_remark);
+            // How many of the drawn trials were lost measures who drew them.
+            body += &whole("claims", frame, &own, &["trials", "lost"]);
+            if !remarks.is_empty() {
+                body += &heading(3, "remarks", "Remarks of ours");
+                body += "<p>The papers do not say these things: they are charged to nobody, and are in no count.</p>\n";
+                body += &whole("claims, remarks", frame, &remarks, &["trials", "lost"]);
+            }
+        } else {
+            body += &whole(name, frame, &all, &[]);
+        }
     }
     Page {
         place: place("", "claims attacks counts"),
@@ -136,9 +107,10 @@ pub fn page(measured: &Measured) -> Page {
     }
 }
 
-/// Every row, the path's keys first.
-fn whole(name: &str, frame: &Answer) -> String {
-    let mut columns = frame.columns().to_vec();
+/// These rows, the path's keys first, without some columns.
+fn whole(name: &str, frame: &Answer, rows: &[usize], without: &[&str]) -> String {
+    let mut columns: Vec<String> = frame.columns().to_vec();
+    columns.retain(|c| !without.contains(&c.as_str()));
     columns.sort_by_key(|c| match c.as_str() {
         "paper" => 0,
         "experiment" => 1,
@@ -149,12 +121,13 @@ fn whole(name: &str, frame: &Answer) -> String {
         .map(|c| escaped(c).replace('_', " "))
         .collect();
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
-    let rows: Vec<String> = (0..frame.len())
-        .map(|i| {
+    let rows: Vec<String> = rows
+        .iter()
+        .map(|&i| {
             let cells: Vec<String> = columns
                 .iter()
                 .map(|c| match (c.as_str(), text(frame, c, i)) {
-                    ("verdict", verdict) => badge(&verdict),
+                    ("verdict", verdict) => badge_named(&verdict),
                     (_, text) => escaped(&text),
                 })
                 .collect();
@@ -236,7 +209,7 @@ fn counts(frame: &Answer) -> String {
             "<details><summary>{}: {} {}</summary><figure>{}</figure></details>\n",
             escaped(&paper),
             escaped(&claim),
-            badge(&text(frame, "verdict", rows[0])),
+            badge_named(&text(frame, "verdict", rows[0])),
             scrolling(&claim, &figure.to_svg())
         );
     }

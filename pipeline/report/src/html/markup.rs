@@ -1,7 +1,7 @@
 //! Pieces of HTML: escaped text, and the little Markdown that summaries and captions are written in.
 
 use crate::markdown;
-use zonobench_verdicts::verdict;
+use zonobench_verdicts::verdict::{Tone, Verdict};
 
 /// `text` as it reads, in an element or in an attribute between double quotes.
 pub fn escaped(text: &str) -> String {
@@ -51,24 +51,29 @@ pub fn place(paper: &str, name: &str) -> String {
 }
 
 /// The class that a verdict is coloured by.
-pub fn class(verdict: &str) -> &'static str {
-    match (verdict, verdict::mark(verdict)) {
-        ("error", _) => "fault",
-        (_, "✓") => "good",
-        (_, "✗") => "bad",
-        (_, "?") => "open",
-        _ => "none",
+pub fn class(verdict: Verdict) -> &'static str {
+    match verdict.tone() {
+        Tone::Good => "good",
+        Tone::Bad => "bad",
+        Tone::Open => "open",
+        Tone::Plain => "none",
+        Tone::Fault => "fault",
     }
 }
 
 /// A verdict: its mark and its name, on its colour.
-pub fn badge(verdict: &str) -> String {
+pub fn badge(verdict: Verdict) -> String {
     format!(
         "<span class=\"badge {}\"><span aria-hidden=\"true\">{}</span> {}</span>",
         class(verdict),
-        verdict::mark(verdict),
-        escaped(verdict).replace('_', " ")
+        verdict.mark(),
+        escaped(verdict.name()).replace('_', " ")
     )
+}
+
+/// The badge of a verdict that was read from a table; the bare word where it is none of ours.
+pub fn badge_named(name: &str) -> String {
+    Verdict::parse(name).map_or_else(|_| escaped(name), badge)
 }
 
 /// What keyboards can scroll where it is wider than the window.
@@ -240,11 +245,14 @@ mod tests {
 
     #[test]
     fn every_verdict_has_a_colour_and_its_name() {
-        assert_eq!(class("within_ci"), "good");
-        assert_eq!(class("does_not_hold"), "bad");
-        assert_eq!(class("error"), "fault");
-        assert_eq!(class("not_reproducible"), "open");
-        assert_eq!(class("a new one"), "none");
-        assert!(badge("within_ci").contains("within ci"));
+        assert_eq!(class(Verdict::WithinCi), "good");
+        assert_eq!(class(Verdict::DoesNotHold), "bad");
+        assert_eq!(class(Verdict::Error), "fault");
+        assert_eq!(class(Verdict::NotReproducible), "open");
+        assert_eq!(class(Verdict::Fitted), "none");
+        for verdict in Verdict::ALL {
+            assert!(badge(verdict).contains(&verdict.name().replace('_', " ")));
+        }
+        assert_eq!(badge_named("a new one"), "a new one");
     }
 }

@@ -1,6 +1,6 @@
 //! Methods beside each other: who is more accurate and tighter, and who keeps up with the plant.
 
-use super::markup::{badge, code, commands, escaped, label, place, row, scrolling, table};
+use super::markup::{badge_named, code, commands, escaped, label, place, row, scrolling, table};
 use super::{Page, heading};
 use crate::source::{Held, Source};
 use crate::step_times::{Recorded, StepTimes};
@@ -373,7 +373,7 @@ pub fn real_time(
                 label(&t.column),
                 escaped(&t.published),
                 t.reproduced_ms.map(four_digits).unwrap_or_default(),
-                badge(&t.verdict),
+                badge_named(&t.verdict),
                 escaped(&t.reason),
             ]));
         }

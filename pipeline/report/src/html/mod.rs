@@ -51,7 +51,7 @@ pub fn render(
         .filter(|p| !p.comparisons.is_empty())
         .collect();
     if !compared.is_empty() {
-        pages.push(front::findings(&compared, &measured));
+        pages.push(front::findings(&compared));
     }
     for (held, figures) in papers {
         pages.push(paper::page(source, held, figures)?);

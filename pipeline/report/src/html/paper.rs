@@ -11,9 +11,10 @@ use crate::model::{self, unit};
 use crate::source::{Held, Source};
 use zonobench_lake::digits::four_digits;
 use zonobench_lake::error::Error;
-use zonobench_lake::rows::{Comparison, Score};
+use zonobench_lake::rows::Score;
+use zonobench_verdicts::compare::interval;
+use zonobench_verdicts::judged::{self, Judged};
 use zonobench_verdicts::papers::Paper;
-use zonobench_verdicts::verdict::{self, is_as_written};
 
 /// The page of `held`.
 pub fn page(source: &Source, held: &Held, figures: &[Figure]) -> Result<Page, Error> {
@@ -88,19 +89,21 @@ fn drawing(figure: &Figure) -> String {
 fn tables(held: &Held) -> String {
     let mut out = heading(2, &place(&held.name, "tables"), "Tables and claims");
     for name in held.tables() {
-        let cells: Vec<&Comparison> = held
+        let cells: Vec<&Judged> = held
             .comparisons
             .iter()
             .filter(|c| &*c.table == name)
             .collect();
         out += &heading(3, &place(&held.name, name), &escaped(name));
-        let counted: Vec<String> = verdict::counts(cells.iter().copied())
-            .iter()
-            .map(|(verdict, n)| format!("{n} {}", badge(verdict)))
-            .collect();
-        out += &format!("<p>{}</p>\n", counted.join(" "));
+        for (subject, counts) in judged::counts_by_subject(cells.iter().copied()) {
+            let counted: Vec<String> = counts
+                .iter()
+                .map(|(verdict, n)| format!("{n} {}", badge(*verdict)))
+                .collect();
+            out += &format!("<p>{}: {}</p>\n", subject.name(), counted.join(" "));
+        }
         let exact = model::exact_rows(&cells);
-        let (parameters, others): (Vec<&Comparison>, Vec<&Comparison>) =
+        let (parameters, others): (Vec<&Judged>, Vec<&Judged>) =
             cells.into_iter().partition(|c| exact.contains(&*c.row));
         if let Some(grid) = model::grid(name, &others) {
             out += &laid_out(held, name, &grid);
@@ -117,12 +120,12 @@ fn tables(held: &Held) -> String {
                         label(&c.column),
                         escaped(&c.published),
                         number(held, c),
-                        badge(&c.verdict),
+                        badge(c.verdict),
                     ])
                 })
                 .collect();
             out += &format!(
-                "<details><summary>{} parameters, all exact</summary>{}</details>\n",
+                "<details><summary>{} parameters, transcribed</summary>{}</details>\n",
                 parameters.len(),
                 table(
                     "cells",
@@ -182,10 +185,10 @@ fn laid_out(held: &Held, name: &str, grid: &model::Grid) -> String {
                                 .unwrap_or_default();
                             format!(
                                 "<td class=\"count {}\">{}{ours} <span role=\"img\" aria-label=\"{}\">{}</span></td>",
-                                class(&c.verdict),
+                                class(c.verdict),
                                 escaped(printed),
-                                escaped(&c.verdict.replace('_', " ")),
-                                verdict::mark(&c.verdict)
+                                escaped(&c.verdict.name().replace('_', " ")),
+                                c.verdict.mark()
                             )
                         },
                     )
@@ -206,9 +209,9 @@ fn laid_out(held: &Held, name: &str, grid: &model::Grid) -> String {
 }
 
 /// A table cell by cell; a body holds a cell under all its readings, so that sorting keeps them together.
-fn full(held: &Held, name: &str, cells: &[&Comparison]) -> String {
+fn full(held: &Held, name: &str, cells: &[&Judged]) -> String {
     // Claims have no interval.
-    let intervals = cells.iter().any(|c| c.interval_lo.is_some());
+    let intervals = cells.iter().any(|c| c.interval.is_some());
     let mut header = vec![
         "row",
         "column",
@@ -223,7 +226,7 @@ fn full(held: &Held, name: &str, cells: &[&Comparison]) -> String {
     }
     let mut bodies = String::new();
     for (i, c) in cells.iter().enumerate() {
-        let written = is_as_written(c);
+        let written = c.is_as_written();
         if written || i == 0 {
             bodies += if i == 0 { "<tbody>" } else { "</tbody><tbody>" };
         }
@@ -232,13 +235,12 @@ fn full(held: &Held, name: &str, cells: &[&Comparison]) -> String {
         } else {
             (
                 format!("<span class=\"reading\">↳ {}</span>", label(&c.row)),
-                format!("<em>{}</em>", escaped(&c.reading)),
+                format!("<em>{}</em>", escaped(c.reading.name())),
             )
         };
-        let interval = match (c.interval_lo, c.interval_hi) {
-            (Some(lo), Some(hi)) => format!("[{}, {}]", four_digits(lo), four_digits(hi)),
-            _ => String::new(),
-        };
+        let interval = c
+            .interval
+            .map_or_else(String::new, |(lo, hi)| interval(lo, hi));
         bodies += &format!(
             "<tr><th scope=\"row\">{row}</th><td>{column}</td><td{}>{}</td><td class=\"number\">{}</td>{}\
              <td>{}</td><td class=\"why\">{}</td></tr>\n",
@@ -255,7 +257,7 @@ fn full(held: &Held, name: &str, cells: &[&Comparison]) -> String {
             } else {
                 String::new()
             },
-            badge(&c.verdict),
+            badge(c.verdict),
             escaped(&c.reason)
         );
     }
@@ -277,29 +279,22 @@ fn with_unit(number: &str, unit: &str) -> String {
 }
 
 /// Our number: what the script shows of it, all digits and the run, is in its attributes.
-fn number(held: &Held, c: &Comparison) -> String {
+fn number(held: &Held, c: &Judged) -> String {
     let Some(ours) = c.reproduced else {
         return String::new();
     };
     let mut attributes = format!(" data-exact=\"{ours}\"");
-    if let (Some(lo), Some(hi)) = (c.interval_lo, c.interval_hi) {
+    if let Some((lo, hi)) = c.interval {
         attributes += &format!(" data-interval=\"{lo} to {hi}\"");
     }
     if let Some(cell) = model::mapped(held, c) {
         attributes += &format!(
             " data-experiment=\"{}/{}\"",
             escaped(&held.name),
-            escaped(&cell.experiment)
+            escaped(&cell.comparand.experiments().join("+"))
         );
-        for (name, value) in [
-            ("estimator", &cell.estimator),
-            ("metric", &cell.metric),
-            ("component", &cell.component),
-            ("over", &cell.over),
-        ] {
-            if !value.is_empty() {
-                attributes += &format!(" data-{name}=\"{}\"", escaped(value));
-            }
+        for (name, value) in cell.comparand.labels() {
+            attributes += &format!(" data-{name}=\"{}\"", escaped(&value));
         }
     }
     format!(
