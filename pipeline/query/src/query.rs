@@ -31,6 +31,8 @@ fn tables(lake: &Path) -> Result<Vec<Table>, Error> {
             }
             files.push(File { path, keys: values });
         }
+        // Paths have another order, with `lpv-delta/` before `lpv/`; rows in the order of their keys need no sort by them.
+        files.sort_by(|a, b| (&a.keys, &a.path).cmp(&(&b.keys, &b.path)));
         if !files.is_empty() {
             tables.push(Table {
                 name: name.to_owned(),

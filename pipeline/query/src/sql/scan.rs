@@ -4,7 +4,7 @@
 //! whatever the number of threads, and sums over them have the same bits. Conditions are looked at where
 //! the rows are decoded.
 
-use crate::sql::pruning;
+use crate::sql::pruning::{self, Later};
 use crate::sql::table::file_fault;
 use datafusion::arrow::array::cast::AsArray;
 use datafusion::arrow::array::{
@@ -87,7 +87,7 @@ pub(crate) struct Scan {
     /// The columns that the rows are sorted by, by their place in what is given.
     pub(crate) order: Vec<usize>,
     /// Conditions over what is given that become narrower while the plan runs.
-    pub(crate) later: Vec<Arc<dyn PhysicalExpr>>,
+    pub(crate) later: Vec<Later>,
 }
 
 /// One row group's batches, the last one `None`: without it the thread has died.
@@ -117,7 +117,7 @@ impl Scan {
         let footer = &self.files[file].footer;
         self.later
             .iter()
-            .all(|later| pruning::row_groups(later, &self.schema, footer)[group])
+            .all(|later| later.may_meet(&self.schema, footer, group))
     }
 
     /// Starts to read a part in a thread of its own.
@@ -252,7 +252,10 @@ impl Part {
         let output = scan.output.iter().map(|i| Arc::clone(read.column(*i)));
         let mut given = batch(&scan.schema, output.collect(), read.num_rows())?;
         for later in &scan.later {
-            let meets = later.evaluate(&given)?.into_array(given.num_rows())?;
+            let meets = later
+                .condition
+                .evaluate(&given)?
+                .into_array(given.num_rows())?;
             given = filter_record_batch(&given, meets.as_boolean())?;
         }
         Ok(given)
@@ -396,7 +399,7 @@ impl DisplayAs for ScanExec {
             write!(f, ", condition={condition}")?;
         }
         for later in &scan.later {
-            write!(f, ", later={later}")?;
+            write!(f, ", later={}", later.condition)?;
         }
         if let Some(limit) = scan.limit {
             write!(f, ", limit={limit}")?;
@@ -422,7 +425,8 @@ impl ExecutionPlan for ScanExec {
         &self,
         f: &mut dyn FnMut(&Arc<dyn PhysicalExpr>) -> Result<TreeNodeRecursion>,
     ) -> Result<TreeNodeRecursion> {
-        apply_expression_roots(self.scan.condition.iter().chain(&self.scan.later), f)
+        let later = self.scan.later.iter().map(|later| &later.condition);
+        apply_expression_roots(self.scan.condition.iter().chain(later), f)
     }
 
     fn replace_children(
@@ -486,7 +490,11 @@ impl ExecutionPlan for ScanExec {
             return Ok(said);
         }
         let scan = Scan {
-            later: [self.scan.later.clone(), later].concat(),
+            later: [
+                self.scan.later.clone(),
+                later.into_iter().map(Later::new).collect(),
+            ]
+            .concat(),
             ..self.scan.as_ref().clone()
         };
         let scan = Self::shared(Arc::new(scan), self.shares);
