@@ -128,6 +128,20 @@ impl Experiment {
         read_all(&source, None, experiment)
     }
 
+    /// What is right in a file and perhaps not meant, each at its place; none where the file cannot be read.
+    pub fn warnings(path: &Path) -> Vec<BadInput> {
+        let Ok(source) = source(path) else {
+            return Vec::new();
+        };
+        let Ok(root) = Node::parse(&source) else {
+            return Vec::new();
+        };
+        let any: Vec<&str> = root.entries().iter().map(|e| e.key.as_str()).collect();
+        let table = Table::new(&source, String::new(), &root, &any);
+        let system = table.ok().and_then(|table| table.get("system"));
+        system.map_or_else(Vec::new, |system| equations::warnings(&system))
+    }
+
     /// `paper/id`, for messages.
     pub fn name(&self) -> String {
         format!("{}/{}", self.paper, self.id)
