@@ -269,7 +269,7 @@ pub fn attack(
 }
 
 /// The guaranteed estimators of an experiment, to be attacked on its problem under its inputs.
-fn owns(experiment: &Experiment) -> Result<Vec<Own>, Error> {
+pub fn owns(experiment: &Experiment) -> Result<Vec<Own>, Error> {
     let e = experiment;
     let driven = simulated(&e.problem.system, &e.truth, &e.inputs, e.seed, 0, e.steps);
     let inputs = driven

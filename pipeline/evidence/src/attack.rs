@@ -147,33 +147,40 @@ pub fn own_input(owns: &[Own], size: Size) -> Value {
     json!({ "runs": size.own_runs(), "cases": cases })
 }
 
-/// How many units [`make_own`] runs.
+/// How many units [`count_own`] runs.
 pub fn own_units(owns: &[Own], size: Size) -> u64 {
     owns.len() as u64 * Kind::ALL.len() as u64 * size.own_runs()
 }
 
-/// Attacks each of `owns`, and writes the counts.
+/// Attacks each of `owns`; as [`count`].
+pub fn count_own(
+    owns: &[Own],
+    size: Size,
+    done: &(dyn Fn(u64) + Sync),
+) -> Result<Vec<Attack>, Error> {
+    let cases: Vec<(&Own, Kind)> = owns
+        .iter()
+        .flat_map(|own| Kind::ALL.map(|kind| (own, kind)))
+        .collect();
+    let one = |(own, kind): (&Own, Kind)| {
+        let mut sum = Counts::default();
+        for run in 0..size.own_runs() {
+            sum += attack_own(own, kind, run).map_err(Error::Attack)?;
+            done(1);
+        }
+        Ok(counted(&own.estimator, kind.name(), true, sum))
+    };
+    cases.into_par_iter().map(one).collect()
+}
+
+/// Writes the counts of [`count_own`].
 pub fn make_own(
     owns: &[Own],
     size: Size,
     dir: &Path,
     done: &(dyn Fn(u64) + Sync),
 ) -> Result<(), Error> {
-    let cases: Vec<(&Own, Kind)> = owns
-        .iter()
-        .flat_map(|own| Kind::ALL.map(|kind| (own, kind)))
-        .collect();
-    let rows = cases
-        .into_par_iter()
-        .map(|(own, kind)| {
-            let mut sum = Counts::default();
-            for run in 0..size.own_runs() {
-                sum += attack_own(own, kind, run).map_err(Error::Attack)?;
-                done(1);
-            }
-            Ok(counted(&own.estimator, kind.name(), true, sum))
-        })
-        .collect::<Result<Vec<_>, Error>>()?;
+    let rows = count_own(owns, size, done)?;
     table::write(&dir.join(FILE), rows, &metadata("attack", None))?;
     Ok(())
 }
