@@ -1,4 +1,5 @@
 //! The program `zonobench`.
 
 pub mod cli;
+pub mod diff;
 mod new;
