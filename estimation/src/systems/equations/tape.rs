@@ -689,7 +689,7 @@ impl Writer {
             return self.push(Op::Pair(Pairing::Pow, a, b), origin);
         };
         let whole = exponent as i32;
-        if whole == 2
+        if exponent == 2.0
             && let Some(a) = a.as_constant()
             && let Some(square) = exact_product(a, a)
         {

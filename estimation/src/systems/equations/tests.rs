@@ -711,6 +711,28 @@ fn sympy_expressions_are_read_as_they_are_printed() {
 }
 
 #[test]
+fn a_power_of_a_constant_has_all_of_its_exponent() {
+    for (text, expected) in [
+        ("9^2", 81.0),
+        ("9^2.5", 243.0),
+        ("9^(-0.5)", 1.0 / 3.0),
+        ("9^0", 1.0),
+        ("9^1", 9.0),
+        ("pow(9, 2.5)", 243.0),
+        ("T^2.0", 0.1 * 0.1),
+        ("T^2.75", libm::pow(0.1, 2.75)),
+    ] {
+        let mut source = cart();
+        source.output[0].1 = format!("p + {text} + e");
+        let system = Equations::new(source).unwrap();
+        let mut y = [Interval::ENTIRE];
+        system.h(0, &[Interval::ZERO; 2], &[1.0], &[Interval::ZERO], &mut y);
+        let near = Interval::from_center_radius(expected, 1e-13 * expected);
+        assert!(y[0].is_subset(near), "{text}: {:?}", y[0]);
+    }
+}
+
+#[test]
 fn methods_of_a_rate_have_their_order() {
     // ẋ = −x + t, x(0) = 1: x(t) = t − 1 + 2 e⁻ᵗ. Halving the step divides the error of a step by 2^(order + 1).
     let step = |method, substeps, period: f64| {
