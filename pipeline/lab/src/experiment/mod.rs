@@ -35,6 +35,9 @@ pub const SCHEMA: i64 = 1;
 /// The most runs and the last step that a file may ask for.
 const MOST: i64 = 1_000_000;
 
+/// The longest file, in bytes: a larger one takes longer than a second to be read. Recordings are files of their own.
+const LARGEST_FILE: usize = 4 << 20;
+
 /// The longest id: it becomes part of the names of folders and files.
 const LONGEST_ID: usize = 120;
 
@@ -128,18 +131,19 @@ impl Experiment {
         read_all(&source, None, experiment)
     }
 
-    /// What is right in a file and perhaps not meant, each at its place; none where the file cannot be read.
-    pub fn warnings(path: &Path) -> Vec<BadInput> {
+    /// What is right in a file and perhaps not meant: the first `most`, each at its place, and how many there are. None
+    /// where the file cannot be read.
+    pub fn warnings(path: &Path, most: usize) -> (Vec<BadInput>, usize) {
         let Ok(source) = source(path) else {
-            return Vec::new();
+            return (Vec::new(), 0);
         };
         let Ok(root) = Node::parse(&source) else {
-            return Vec::new();
+            return (Vec::new(), 0);
         };
         let any: Vec<&str> = root.entries().iter().map(|e| e.key.as_str()).collect();
         let table = Table::new(&source, String::new(), &root, &any);
         let system = table.ok().and_then(|table| table.get("system"));
-        system.map_or_else(Vec::new, |system| equations::warnings(&system))
+        system.map_or((Vec::new(), 0), |system| equations::warnings(&system, most))
     }
 
     /// `paper/id`, for messages.
@@ -196,6 +200,13 @@ impl Tracking {
 fn source(path: &Path) -> Result<Source, BadInput> {
     let file = path.display().to_string();
     match std::fs::read_to_string(path) {
+        Ok(text) if text.len() > LARGEST_FILE => Err(BadInput::file(
+            file,
+            format!(
+                "expected an experiment of at most {LARGEST_FILE} bytes, got {}",
+                text.len()
+            ),
+        )),
         Ok(text) => Ok(Source { file, text }),
         Err(error) => Err(BadInput::file(
             file,
