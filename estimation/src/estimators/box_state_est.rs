@@ -158,7 +158,12 @@ struct Units {
 }
 
 impl Units {
-    fn of(scale: Scale, parts: &LinearParts, problem: &Problem, v: &IntervalVector) -> Option<Self> {
+    fn of(
+        scale: Scale,
+        parts: &LinearParts,
+        problem: &Problem,
+        v: &IntervalVector,
+    ) -> Option<Self> {
         let x = List::from(scale.units(&problem.prior).as_slice()?);
         let row = |i: usize| {
             let sizes = parts.c.row(i).iter().zip(&x).map(|(c, x)| (c * x).abs());

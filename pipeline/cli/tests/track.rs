@@ -669,7 +669,11 @@ fn what_the_file_asks_for_is_given_as_far_as_no_truth_is_needed() {
         value("kf", "center_inside", None).map(|(run, _)| run),
         Some(0)
     );
-    assert_eq!(value("box", "area", None), None, "K is beyond the recording");
+    assert_eq!(
+        value("box", "area", None),
+        None,
+        "K is beyond the recording"
+    );
     let truth = |m: &Metric| matches!(&*m.metric, "rmse" | "inside");
     assert!(!metrics.iter().any(truth));
     // A run that writes none leaves none of another run behind.
@@ -713,7 +717,14 @@ fn the_last_input_is_asked_for_only_where_it_is_measured() {
 #[test]
 fn a_pipe_is_read_once_and_what_has_no_end_is_refused() {
     let folder = Folder::new();
-    let endless = ["track", "/dev/zero", "--measurements", "y.csv", "--out", "out"];
+    let endless = [
+        "track",
+        "/dev/zero",
+        "--measurements",
+        "y.csv",
+        "--out",
+        "out",
+    ];
     for arguments in [&endless[..], &["run", "/dev/zero"]] {
         folder
             .run(arguments)

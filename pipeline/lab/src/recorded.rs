@@ -453,7 +453,10 @@ fn parse_csv(
             .map_err(|_| at_line(format!("expected UTF-8 text, got {}", no_text(bytes))))?
             .trim();
         if text.contains('\0') {
-            return Err(at_line(format!("expected UTF-8 text, got {}", no_text(bytes))));
+            return Err(at_line(format!(
+                "expected UTF-8 text, got {}",
+                no_text(bytes)
+            )));
         }
         if text.is_empty() || text.starts_with('#') {
             continue;
@@ -1210,14 +1213,8 @@ mod tests {
         let said = |last, held| rows(last, held).unwrap_err();
         assert_eq!(rows(1, true).unwrap(), [[1.0, 2.0], [3.0, 4.0]]);
         assert_eq!(rows(2, false).unwrap()[2], [0.0, 5.0]);
-        assert_eq!(
-            said(2, true),
-            "expected a value of d1 at k = 2, got none"
-        );
-        assert_eq!(
-            said(3, false),
-            "expected a value of d1 at k = 2, got none"
-        );
+        assert_eq!(said(2, true), "expected a value of d1 at k = 2, got none");
+        assert_eq!(said(3, false), "expected a value of d1 at k = 2, got none");
         assert_eq!(
             said(4, false),
             "expected values for k = 0 to 3, got k up to 2"

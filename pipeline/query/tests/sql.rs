@@ -454,7 +454,10 @@ fn what_is_very_long_is_not_repeated_whole() {
         format!("SELECT {long}(k) FROM points"),
     ] {
         let fault = lake.fault(&statement);
-        assert!(fault.len() < 1000 && fault.contains("xxx..."), "{fault:.2000}");
+        assert!(
+            fault.len() < 1000 && fault.contains("xxx..."),
+            "{fault:.2000}"
+        );
     }
 }
 

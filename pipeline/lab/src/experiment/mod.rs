@@ -190,7 +190,9 @@ fn source(path: &Path) -> Result<Source, BadInput> {
         .and_then(|opened| opened.take(MOST_BYTES + 1).read_to_end(&mut bytes))
         .map_err(|error| fault(format!("expected a TOML file, got: {error}")))?;
     if bytes.len() as u64 > MOST_BYTES {
-        return Err(fault(format!("expected at most {MOST_BYTES} bytes, got more")));
+        return Err(fault(format!(
+            "expected at most {MOST_BYTES} bytes, got more"
+        )));
     }
     match String::from_utf8(bytes) {
         Ok(text) => Ok(Source { file, text }),

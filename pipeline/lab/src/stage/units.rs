@@ -172,9 +172,8 @@ fn metrics(text: &str) -> Vec<Metric> {
         let measured = |y: Vec<f64>| y.into_iter().map(Some).collect();
         u.push(t.u);
         y.push(t.y.into_iter().map(measured).collect());
-        let known = |(x, r): (Vec<f64>, Vec<f64>)| {
-            x.into_iter().zip(r.into_iter().map(Some)).collect()
-        };
+        let known =
+            |(x, r): (Vec<f64>, Vec<f64>)| x.into_iter().zip(r.into_iter().map(Some)).collect();
         x.push(t.x.into_iter().zip(t.rounding).map(known).collect());
     }
     let recordings = Recordings {

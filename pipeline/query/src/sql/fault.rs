@@ -83,9 +83,9 @@ fn words(error: &DataFusionError) -> String {
             crate::sql::session::MEMORY >> 20
         ),
         DataFusionError::Internal(text) => match clock(text) {
-            Some(function) => format!(
-                "{function} is refused: a query gives the same rows whenever it is asked"
-            ),
+            Some(function) => {
+                format!("{function} is refused: a query gives the same rows whenever it is asked")
+            }
             None => format!("this statement cannot be planned: {}", first_line(text)),
         },
         DataFusionError::Context(_, inner) | DataFusionError::Diagnostic(_, inner) => words(inner),

@@ -474,7 +474,10 @@ mod tests {
         let Ok(Comparand::Gain(pair, than)) = parse(["a", "f", "gain(rmse)", "", "b+c/g"]) else {
             panic!("a gain");
         };
-        assert_eq!((pair.over.as_str(), pair.over_metric.as_str()), ("g", "rmse"));
+        assert_eq!(
+            (pair.over.as_str(), pair.over_metric.as_str()),
+            ("g", "rmse")
+        );
         assert_eq!(than, ["b", "c"]);
         let (expected, got) = parse(["a", "f", "gain(rmse)", "", "g"]).unwrap_err();
         assert_eq!(
