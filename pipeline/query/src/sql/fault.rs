@@ -167,7 +167,7 @@ pub(crate) fn missing_table(name: &str, known: &[&str]) -> Fault {
     if let Some(nearest) = nearest(name, known.iter().copied()) {
         message += &format!("; did you mean `{nearest}`?");
     }
-    Fault::Statement(message)
+    Fault::statement(message)
 }
 
 /// The name most like `name`, if one is like it.
