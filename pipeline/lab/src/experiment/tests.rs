@@ -860,24 +860,27 @@ fn a_file_of_inputs_needs_no_last_row_where_nothing_reads_it() {
         let system = format!("a = [[0.9, 1.0], [0.0, 0.8]]\nb = [[0.0], [1.0]]\n{d}");
         let text = BASE
             .replace("a = [[0.9, 1.0], [0.0, 0.8]]", &system)
-            .replace("steps = 100", "steps = 4");
+            .replace("steps = 100", "steps = 9");
         std::fs::write(&path, format!("{text}\n[inputs]\nfile = \"u.csv\"\n")).unwrap();
         std::fs::write(folder.path().join("u.csv"), format!("k,u1\n{rows}")).unwrap();
         Experiment::load(&path).map_err(|e| e.to_string())
     };
     let inputs = |rows: &str| load("", rows).unwrap().remove(0).inputs;
-    let data = |last: f64| Inputs::Data([1.0, 2.0, 3.0, 4.0, last].map(|u| vec![u]).to_vec());
-    let four = "0,1\n1,2\n2,3\n3,4\n";
-    assert_eq!(inputs(&format!("{four}4,5\n")), data(5.0));
-    assert_eq!(inputs(four), data(0.0));
+    let data = |last: f64| {
+        let rows = (0..9).map(|k| vec![f64::from(k) + 1.0]);
+        Inputs::Data(rows.chain([vec![last]]).collect())
+    };
+    let nine: String = (0..9).map(|k| format!("{k},{}\n", k + 1)).collect();
+    assert_eq!(inputs(&format!("{nine}9,5\n")), data(5.0));
+    assert_eq!(inputs(&nine), data(0.0));
     let short = load("", "0,1\n1,2\n").unwrap_err();
     assert!(
-        short.ends_with("inputs.file: u.csv: expected values for k = 0 to 3, got k up to 1"),
+        short.ends_with("inputs.file: u.csv: expected values for k = 0 to 8, got k up to 1"),
         "{short}"
     );
-    let read = load("d = [[0.5]]", four).unwrap_err();
+    let read = load("d = [[0.5]]", &nine).unwrap_err();
     assert!(
-        read.ends_with("inputs.file: u.csv: expected values for k = 0 to 4, got k up to 3"),
+        read.ends_with("inputs.file: u.csv: expected values for k = 0 to 9, got k up to 8"),
         "{read}"
     );
 }
