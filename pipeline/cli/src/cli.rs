@@ -18,7 +18,7 @@ use zonobench_evidence::ledger;
 use zonobench_lab::experiment::Experiment;
 use zonobench_lab::outlook;
 use zonobench_lab::recorded;
-use zonobench_lab::tracking::{self, Tracked};
+use zonobench_lab::tracking::{self, MOST_FOLDED, Tracked};
 use zonobench_lake::error::Error;
 use zonobench_lake::lake;
 use zonobench_lake::numbers;
@@ -659,6 +659,11 @@ fn track(all: &[Tracked], verbosity: Verbosity) -> Result<u8, Error> {
             if !tracked.left_out.is_empty() {
                 let metrics = tracked.left_out.join(", ");
                 out += &format!("{id}: left out, because they need the truth: {metrics}\n");
+            }
+            if tracked.too_long {
+                out += &format!(
+                    "{id}: no metrics, because the recording has more than {MOST_FOLDED} steps\n"
+                );
             }
             let (steps, folder) = (tracked.steps, tracked.out.display());
             out += &format!("{id}: k = 0 to {steps}; see {folder}/estimates.parquet\n");

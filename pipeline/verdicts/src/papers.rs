@@ -263,10 +263,7 @@ mod tests {
         let mut wrong = Vec::new();
         for paper in load(&[]).unwrap() {
             for cell in &paper.cells {
-                if let Comparand::Ratio(pair)
-                | Comparand::Percent(pair)
-                | Comparand::Drop(pair)
-                | Comparand::Wins(pair) = &cell.comparand
+                if let Some(pair) = cell.comparand.pair()
                     && (&pair.over, &pair.over_metric) == (&pair.of.estimator, &pair.of.metric)
                 {
                     wrong.push(format!(

@@ -17,6 +17,8 @@ use crate::recorded;
 use reader::{Field, Table, deserialize};
 use serde::Serialize;
 use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::Read as _;
 use std::path::Path;
 use tree::{Node, Source};
 use zonobench_estimation::estimator::KINDS;
@@ -34,9 +36,6 @@ pub const SCHEMA: i64 = 1;
 
 /// The most runs and the last step that a file may ask for.
 const MOST: i64 = 1_000_000;
-
-/// The longest file, in bytes: a larger one takes longer than a second to be read. Recordings are files of their own.
-const LARGEST_FILE: usize = 4 << 20;
 
 /// The longest id: it becomes part of the names of folders and files.
 const LONGEST_ID: usize = 120;
@@ -199,21 +198,26 @@ impl Tracking {
 
 fn source(path: &Path) -> Result<Source, BadInput> {
     let file = path.display().to_string();
-    match std::fs::read_to_string(path) {
-        Ok(text) if text.len() > LARGEST_FILE => Err(BadInput::file(
-            file,
-            format!(
-                "expected an experiment of at most {LARGEST_FILE} bytes, got {}",
-                text.len()
-            ),
-        )),
+    let fault = |fault: String| BadInput::file(&file, fault);
+    let mut bytes = Vec::new();
+    // From a pipe or a device as well, which do not say how much they hold.
+    File::open(path)
+        .and_then(|opened| opened.take(MOST_BYTES + 1).read_to_end(&mut bytes))
+        .map_err(|error| fault(format!("expected a TOML file, got: {error}")))?;
+    if bytes.len() as u64 > MOST_BYTES {
+        return Err(fault(format!(
+            "expected at most {MOST_BYTES} bytes, got more"
+        )));
+    }
+    match String::from_utf8(bytes) {
         Ok(text) => Ok(Source { file, text }),
-        Err(error) => Err(BadInput::file(
-            file,
-            format!("expected a TOML file, got: {error}"),
-        )),
+        Err(_) => Err(fault("expected UTF-8 text, got other bytes".to_owned())),
     }
 }
+
+/// The most bytes that are read of an experiment's file: a larger one takes longer than a second. Recordings are files of their
+/// own.
+const MOST_BYTES: u64 = 4 << 20;
 
 /// What [`read_all`] reads from each variant: an experiment, or what `track` needs of one.
 trait Named {
