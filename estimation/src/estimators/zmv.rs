@@ -1,5 +1,6 @@
 //! ZMV and ZFO: zonotopes through the mean value or the first-order Taylor extension, and strips.
 
+use super::measurement::MeasurementSettings;
 use super::scale::{Scale, Units};
 use super::set_membership::{Model, ZonotopeBelief};
 use crate::estimator::{Estimator, Measurement, Phase};
@@ -18,6 +19,9 @@ pub struct ZonotopeFilterSettings {
     /// In which units generators are compared when the order is reduced; those of the state unless given.
     #[serde(default, skip_serializing_if = "Scale::is_none")]
     pub scale: Scale,
+    /// How a measurement that is not linear is taken in.
+    #[serde(default, skip_serializing_if = "MeasurementSettings::is_default")]
+    pub measurement: MeasurementSettings,
 }
 
 /// The zonotope filter of either extension.
@@ -28,6 +32,7 @@ struct ZonotopeFilter {
     w: Zonotope,
     generators: usize,
     units: Units,
+    passes: usize,
 }
 
 impl ZonotopeFilter {
@@ -55,6 +60,7 @@ impl ZonotopeFilter {
             w,
             generators: settings.generators,
             units: settings.scale.units(&problem.prior),
+            passes: settings.measurement.passes(kind)?,
         })
     }
 
@@ -62,26 +68,39 @@ impl ZonotopeFilter {
     fn update(
         &self,
         k: usize,
-        set: &Zonotope,
+        belief: &ZonotopeBelief,
         u: &[f64],
         y: Measurement,
-    ) -> Result<Zonotope, EstimationError> {
-        let mut set = set.clone();
-        match self.model.observe(k, u, y)? {
-            Some((c, target)) => {
-                let half = target.zonotope().radius();
-                for (i, &half) in half.iter().enumerate() {
-                    let cut = strip::intersect(&set, c.row(i), target.c()[i], half);
-                    set = cut.map_err(EstimationError::at(k, "update"))?;
-                }
+    ) -> Result<ZonotopeBelief, EstimationError> {
+        let at = EstimationError::at(k, "update");
+        let mut set = belief.set.clone();
+        let (mut cut, mut left_out) = (false, List::new());
+        for _ in 0..self.passes {
+            let hull = || set.interval_hull().map_err(&at);
+            let Some(reading) = self.model.read(k, u, y, hull)? else {
+                break;
+            };
+            left_out = reading.left_out;
+            let Some((c, target)) = reading.strips else {
+                break;
+            };
+            let half = target.zonotope().radius();
+            for (i, &half) in half.iter().enumerate() {
+                set = strip::intersect(&set, c.row(i), target.c()[i], half).map_err(&at)?;
             }
-            // Nothing measured: only what has grown is reduced.
-            None if set.generators() <= self.generators => return Ok(set),
-            None => {}
+            cut = true;
+            if reading.exact {
+                break;
+            }
         }
-        self.units
-            .zonotope(&set.fold(), |set| yang_scott::reduce(set, self.generators))
-            .map_err(EstimationError::at(k, "reduction"))
+        // Where nothing was read, only what has grown is reduced.
+        if cut || set.generators() > self.generators {
+            set = self
+                .units
+                .zonotope(&set.fold(), |set| yang_scott::reduce(set, self.generators))
+                .map_err(EstimationError::at(k, "reduction"))?;
+        }
+        Ok(ZonotopeBelief { set, left_out })
     }
 
     fn predict(
@@ -116,8 +135,7 @@ macro_rules! zonotope_filter {
         pub struct $name(ZonotopeFilter);
 
         impl $name {
-            /// Fails where the measurement is not linear, a part of the problem has no set, or `generators`
-            /// is below n.
+            /// Fails where a part of the problem has no set, `generators` is below n, or a setting is out of range.
             pub fn new(settings: &ZonotopeFilterSettings, problem: &Problem) -> Result<Self, EstimationError> {
                 ZonotopeFilter::new($kind, settings, problem).map(Self)
             }
@@ -126,11 +144,11 @@ macro_rules! zonotope_filter {
         impl Estimator for $name {
             type Belief = ZonotopeBelief;
             fn prior(&self) -> ZonotopeBelief {
-                ZonotopeBelief { set: self.0.prior.clone() }
+                self.0.prior.clone().into()
             }
             fn predict(&self, k: usize, belief: &ZonotopeBelief, u: &[f64]) -> Result<ZonotopeBelief, EstimationError> {
                 let set = self.0.predict(k, &belief.set, u, |f, x, w| $extension(f, x, w))?;
-                Ok(ZonotopeBelief { set })
+                Ok(set.into())
             }
             /// Takes in y_k and reduces the order: the paper reports the reduced set.
             fn update(
@@ -140,7 +158,7 @@ macro_rules! zonotope_filter {
                 u: &[f64],
                 y: Measurement,
             ) -> Result<ZonotopeBelief, EstimationError> {
-                Ok(ZonotopeBelief { set: self.0.update(k, &belief.set, u, y)? })
+                self.0.update(k, belief, u, y)
             }
             fn guaranteed(&self) -> bool {
                 true
@@ -157,7 +175,8 @@ macro_rules! zonotope_filter {
 
 zonotope_filter!(
     /// The zonotope filter by the mean value extension:
-    /// predict ⟨f(c), [mid J G, diag P, mid J_w G_w]⟩, update by Bravo's strips, reduce by Method 4.
+    /// predict ⟨f(c), [mid J G, diag P, mid J_w G_w]⟩, update by Bravo's strips, reduce by Method 4. A measurement that is not
+    /// linear gives strips by its mean value form.
     ///
     /// Guaranteed: x_k lies in every set if the assumptions hold. Constraints of the prior or a noise are
     /// left out. Source: Alamo, Bravo, Camacho 2005, as compared in [Rego2020, Sec. 6].

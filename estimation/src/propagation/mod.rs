@@ -65,7 +65,7 @@ impl<Y: System> Function for Dynamics<'_, Y> {
 }
 
 /// The box and the point: their smallest common box.
-fn around(sides: &IntervalVector, point: &[f64]) -> IntervalVector {
+pub(crate) fn around(sides: &IntervalVector, point: &[f64]) -> IntervalVector {
     sides
         .iter()
         .zip(point)
