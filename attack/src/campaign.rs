@@ -5,7 +5,7 @@ use crate::targets::Target;
 use zonobench_estimation::estimator::Containment;
 use zonobench_estimation::simulate::{InitialState, Inputs, Noise, SimulationError, Truth};
 use zonobench_estimation::{
-    AnyBelief, AnyEstimator, Belief, EstimationError, Trajectory, simulate, track,
+    AnyEstimator, Belief, EstimationError, Estimator, Problem, System, Trajectory, simulate, track,
 };
 use zonobench_sets::{Interval, SetError};
 
@@ -38,7 +38,7 @@ impl std::ops::AddAssign for Counts {
 }
 
 impl Counts {
-    fn judge(&mut self, belief: &AnyBelief, truth: &[Interval]) {
+    fn judge(&mut self, belief: &impl Belief, truth: &[Interval]) {
         self.steps += 1;
         match belief.contains(truth) {
             Containment::Inside => {}
@@ -64,14 +64,52 @@ pub fn attack(target: &Target, attack: Attack, run: u64) -> Result<Counts, Strin
     let problem = (target.problem)(target.seed(), run);
     let settings = serde_json::from_str(target.settings).map_err(|e| failed("settings", &e))?;
     let estimator = AnyEstimator::new(&settings, &problem).map_err(|e| failed("estimator", &e))?;
-    let steps = target.steps;
-    let inputs = vec![target.input.to_vec(); steps + 1];
     let seed = target.seed() ^ (attack as u64 + 1);
-    let inside = target.inside;
-    let choice = choose(
-        attack,
+    let inputs = vec![target.input.to_vec(); target.steps + 1];
+    let counted = run_of(
         &estimator,
         &problem,
+        (inputs, target.inside),
+        attack,
+        (seed, run),
+    );
+    counted.map_err(|(what, e)| failed(what, &e))
+}
+
+/// Run `run` of `attack` against any estimator of any problem, under the inputs u_0 … u_N: N steps, noise within the share
+/// 1 − 10⁻⁹ of its bounds.
+///
+/// The noise and the first state depend on the problem, the attack, `seed` and `run` alone. Fails where the problem cannot be
+/// simulated, or a step fails otherwise than by an empty set, a refusal or a set that leaves the model's domain.
+pub fn attack_on<E: Estimator, Y: System>(
+    estimator: &E,
+    problem: &Problem<Y>,
+    inputs: Vec<Vec<f64>>,
+    attack: Attack,
+    (seed, run): (u64, u64),
+) -> Result<Counts, String> {
+    let counted = run_of(
+        estimator,
+        problem,
+        (inputs, 1.0 - 1e-9),
+        attack,
+        (seed, run),
+    );
+    counted.map_err(|(what, e)| format!("{}, run {run}: {what}: {e}", attack.name()))
+}
+
+fn run_of<E: Estimator, Y: System>(
+    estimator: &E,
+    problem: &Problem<Y>,
+    (inputs, inside): (Vec<Vec<f64>>, f64),
+    attack: Attack,
+    (seed, run): (u64, u64),
+) -> Result<Counts, (&'static str, String)> {
+    let steps = inputs.len().saturating_sub(1);
+    let choice = choose(
+        attack,
+        estimator,
+        problem,
         &inputs,
         inside,
         (seed, run),
@@ -90,16 +128,16 @@ pub fn attack(target: &Target, attack: Attack, run: u64) -> Result<Counts, Strin
         Err(SimulationError::Diverged { k, .. }) => simulated(k.saturating_sub(1)),
         other => other,
     };
-    let data = data.map_err(|e| failed("simulation", &e))?;
+    let data = data.map_err(|e| ("simulation", e.to_string()))?;
     // A state that leaves for infinity is followed as far as its sets mean something.
     let far = |x: &Vec<f64>| x.iter().any(|x| x.abs() > FAR);
     let end = data.x.iter().position(far).unwrap_or(data.x.len());
-    judge(&estimator, &data, end).map_err(|e| failed("step", &e))
+    judge(estimator, &data, end).map_err(|e| ("step", e.to_string()))
 }
 
 /// Tracks the data and judges every belief before step `end`.
-fn judge(
-    estimator: &AnyEstimator,
+fn judge<E: Estimator>(
+    estimator: &E,
     data: &Trajectory,
     end: usize,
 ) -> Result<Counts, EstimationError> {

@@ -255,7 +255,6 @@ macro_rules! estimators {
                 settings: &EstimatorSettings,
                 problem: &Problem,
             ) -> Result<Self, EstimationError> {
-                problem.validate()?;
                 match settings {
                     $(EstimatorSettings::$estimator(s) => {
                         Ok(Self::$estimator($estimator::new(s, problem)?))

@@ -312,7 +312,7 @@ fn judge(
         let inputs = Inputs::Constant(vec![]);
         let one = simulate(&problem.system, &truth, &inputs, 5, run, steps).unwrap();
         let measured = |(k, y): (usize, &Vec<f64>)| {
-            let there = |i: usize| !(missing && (k + i) % 3 == 0);
+            let there = |i: usize| !(missing && (k + i).is_multiple_of(3));
             let both = y.iter().enumerate();
             both.map(|(i, &y)| there(i).then_some(y)).collect()
         };
@@ -446,4 +446,53 @@ fn rows_of_a_constrained_zonotope_share_their_noise() {
     // |a − b| = 0 against |a| ≤ 1/0.03; both but for rounding.
     assert!((width(CZMV) - 0.5).abs() < 1e-9, "{}", width(CZMV));
     assert!((width(ZMV) - 2.0 / 0.03).abs() < 1e-9, "{}", width(ZMV));
+}
+
+/// The same vehicle from behind the jump to before it, so that the bundle's filters, which end there, are not in its way.
+fn along_an_arc() -> Problem {
+    let azimuth: f64 = -2.5;
+    let heading = azimuth + core::f64::consts::FRAC_PI_2;
+    let start = [4.0 * libm::cos(azimuth), 4.0 * libm::sin(azimuth), heading];
+    Problem {
+        prior: around(&start, &[0.3, 0.3, 0.1]),
+        ..around_a_beacon()
+    }
+}
+
+/// Prints a table; `cargo test -p zonobench-estimation --test nonlinear_measurements -- --ignored --nocapture`.
+#[test]
+#[ignore = "minutes"]
+fn nobody_is_lost_in_200_runs_of_200_steps() {
+    for (name, problem) in [("beacon", around_a_beacon()), ("pendulum", pendulum())] {
+        for settings in all() {
+            for law in [Law::Vertices, Law::Uniform] {
+                let seen = judge(&settings, &problem, law, 200, 200, false);
+                println!("{name}: {settings}: {seen:?}");
+                assert_eq!(seen.judged, 2 * 200 * 201);
+            }
+        }
+    }
+}
+
+/// Prints a table.
+#[test]
+#[ignore = "a minute"]
+fn radii_beside_those_of_the_bundle() {
+    let others = [
+        r#"{"kind": "lift"}"#,
+        r#"{"kind": "d-rrsr"}"#,
+        r#"{"kind": "rrsr"}"#,
+    ];
+    let (runs, steps) = (10, 95);
+    for (name, problem) in [("arc", along_an_arc()), ("pendulum", pendulum())] {
+        let settings = others.iter().map(|s| (*s).to_owned());
+        for settings in all().into_iter().chain(settings) {
+            let seen = judge(&settings, &problem, Law::Vertices, runs, steps, false);
+            let mean = seen.radius / (runs as f64 * (steps as f64 + 1.0));
+            println!(
+                "{name}: {settings}: mean radius {mean:.4}, {} left out",
+                seen.left_out
+            );
+        }
+    }
 }

@@ -6,7 +6,7 @@ use super::scale::{InUnits, Scale, Units, divided_box};
 use super::set_membership::{ConstrainedBelief, Model};
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::propagation::{Choice, Expansion, Remainder, first_order, mean_value};
-use crate::{EstimationError, Problem};
+use crate::{AnySystem, EstimationError, Problem, System};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::lp::LinearProgram;
 use zonobench_sets::number::Function;
@@ -30,6 +30,19 @@ pub struct CzmvSettings {
     /// How a measurement that is not linear is taken in.
     #[serde(default, skip_serializing_if = "MeasurementSettings::is_default")]
     pub measurement: MeasurementSettings,
+}
+
+impl CzmvSettings {
+    /// So many generators and constraints, and else what is the default.
+    pub fn new(generators: usize, constraints: usize) -> Self {
+        Self {
+            generators,
+            constraints,
+            h: c2(),
+            scale: Scale::default(),
+            measurement: MeasurementSettings::default(),
+        }
+    }
 }
 
 fn c2() -> Choice {
@@ -59,6 +72,21 @@ pub struct CzfoSettings {
     /// How a measurement that is not linear is taken in.
     #[serde(default, skip_serializing_if = "MeasurementSettings::is_default")]
     pub measurement: MeasurementSettings,
+}
+
+impl CzfoSettings {
+    /// So many generators and constraints, and else what is the default.
+    pub fn new(generators: usize, constraints: usize) -> Self {
+        Self {
+            generators,
+            constraints,
+            h: c4(),
+            expansion: Expansion::default(),
+            remainder: Remainder::default(),
+            scale: Scale::default(),
+            measurement: MeasurementSettings::default(),
+        }
+    }
 }
 
 fn c4() -> Choice {
@@ -115,22 +143,22 @@ impl Extension for FirstOrder<'_> {
 
 /// What both filters share.
 #[derive(Clone, Debug)]
-struct ConstrainedFilter {
-    model: Model,
+struct ConstrainedFilter<Y> {
+    model: Model<Y>,
     generators: usize,
     constraints: usize,
     units: Units,
     passes: usize,
 }
 
-impl ConstrainedFilter {
+impl<Y: System> ConstrainedFilter<Y> {
     fn new(
         kind: &'static str,
         generators: usize,
         constraints: usize,
         scale: Scale,
         measurement: &MeasurementSettings,
-        problem: &Problem,
+        problem: &Problem<Y>,
     ) -> Result<Self, EstimationError> {
         let model = Model::new(kind, problem)?;
         let n = model.prior.dim();
@@ -242,15 +270,15 @@ impl ConstrainedFilter {
 ///
 /// Source: [Rego2020, Secs. 4.1 and 5].
 #[derive(Clone, Debug)]
-pub struct Czmv {
-    filter: ConstrainedFilter,
+pub struct Czmv<Y = AnySystem> {
+    filter: ConstrainedFilter<Y>,
     h: Choice,
 }
 
-impl Czmv {
+impl<Y: System> Czmv<Y> {
     /// Fails where a part of the problem has no set, `generators` is below n + `constraints`, or a setting is out of
     /// range.
-    pub fn new(settings: &CzmvSettings, problem: &Problem) -> Result<Self, EstimationError> {
+    pub fn new(settings: &CzmvSettings, problem: &Problem<Y>) -> Result<Self, EstimationError> {
         let CzmvSettings {
             generators,
             constraints,
@@ -267,7 +295,7 @@ impl Czmv {
     }
 }
 
-impl Estimator for Czmv {
+impl<Y: System> Estimator for Czmv<Y> {
     type Belief = ConstrainedBelief;
     fn prior(&self) -> ConstrainedBelief {
         self.filter.prior()
@@ -308,14 +336,14 @@ impl Estimator for Czmv {
 ///
 /// Source: [Rego2020, Secs. 4.2 and 5].
 #[derive(Clone, Debug)]
-pub struct Czfo {
-    filter: ConstrainedFilter,
+pub struct Czfo<Y = AnySystem> {
+    filter: ConstrainedFilter<Y>,
     settings: CzfoSettings,
 }
 
-impl Czfo {
+impl<Y: System> Czfo<Y> {
     /// Fails as [`Czmv::new`].
-    pub fn new(settings: &CzfoSettings, problem: &Problem) -> Result<Self, EstimationError> {
+    pub fn new(settings: &CzfoSettings, problem: &Problem<Y>) -> Result<Self, EstimationError> {
         let CzfoSettings {
             generators,
             constraints,
@@ -332,7 +360,7 @@ impl Czfo {
     }
 }
 
-impl Estimator for Czfo {
+impl<Y: System> Estimator for Czfo<Y> {
     type Belief = ConstrainedBelief;
     fn prior(&self) -> ConstrainedBelief {
         self.filter.prior()

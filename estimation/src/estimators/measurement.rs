@@ -14,12 +14,11 @@ use super::linear_output::check_measurement;
 use super::set_membership::set_of;
 use crate::error::finite_vector;
 use crate::estimator::Measurement;
-use crate::propagation::{around, product_up};
-use crate::system::{AnySystem, System};
-use crate::{EstimationError, Problem};
+use crate::propagation::{Output, around, product_up};
+use crate::{EstimationError, Problem, System};
 use serde::{Deserialize, Serialize};
-use zonobench_sets::interval_matrix::{jacobian_over, real_dot};
-use zonobench_sets::number::{self, Function, Real};
+use zonobench_sets::interval_matrix::real_dot;
+use zonobench_sets::number::{self, Function};
 use zonobench_sets::rounding::up;
 use zonobench_sets::{ConstrainedZonotope, Interval, IntervalVector, List, Matrix, Zonotope};
 
@@ -61,47 +60,6 @@ impl MeasurementSettings {
     }
 }
 
-/// (x, v) ↦ h(k, x, u, v).
-struct Output<'a> {
-    system: &'a AnySystem,
-    k: usize,
-    u: &'a [f64],
-    n: usize,
-    n_y: usize,
-    n_v: usize,
-}
-
-impl Function for Output<'_> {
-    fn inputs(&self) -> usize {
-        self.n + self.n_v
-    }
-    fn outputs(&self) -> usize {
-        self.n_y
-    }
-    fn evaluate<S: Real>(&self, z: &[S], y: &mut [S]) {
-        self.system.h(self.k, &z[..self.n], self.u, &z[self.n..], y);
-    }
-}
-
-/// C and D_v of y = C x + D_v v + h(k, 0, u, 0).
-type Linear = (Matrix, Matrix);
-
-impl Output<'_> {
-    /// C and D_v where h is linear over the box, with f64 coefficients at this k and u.
-    ///
-    /// A linear function has points for derivatives, not intervals. One that is not defined all over the box is not linear.
-    fn coefficients(&self, over: &IntervalVector) -> Option<Linear> {
-        let (n, all) = (self.n, self.n + self.n_v);
-        let (_, j) = jacobian_over(self, over).ok()?;
-        let columns =
-            |from: usize, to: usize| j.select_columns(&(from..to).collect::<List<_>>()).mid();
-        j.as_slice()
-            .iter()
-            .all(|e| e.is_point())
-            .then(|| (columns(0, n), columns(n, all)))
-    }
-}
-
 /// What the measured components say of x.
 #[derive(Debug)]
 pub(super) struct Reading {
@@ -121,7 +79,7 @@ pub(super) struct Sensor {
     /// V̂ with v̄ = c of V; empty where C and D_v are known.
     v_hull: IntervalVector,
     /// C and D_v that are the same at every step and input; none where they are taken anew, or h is not linear.
-    known: Option<Linear>,
+    known: Option<(Matrix, Matrix)>,
     n: usize,
     n_y: usize,
     n_u: usize,
@@ -130,31 +88,16 @@ pub(super) struct Sensor {
 
 impl Sensor {
     /// Fails where v has no set.
-    pub fn new(kind: &'static str, problem: &Problem) -> Result<Self, EstimationError> {
+    pub fn new<Y: System>(
+        kind: &'static str,
+        problem: &Problem<Y>,
+    ) -> Result<Self, EstimationError> {
         let variables = problem.system.variables();
         let (n, n_y, n_v) = (variables.x.len(), variables.y.len(), variables.v.len());
         let v = (n_v > 0)
             .then(|| set_of(kind, "noise.v", &problem.v))
             .transpose()?;
-        let u = List::filled(0.0, variables.u.len());
-        let known = match problem.system.quasi_lpv() {
-            Some(form) => Some((form.output_matrix(), Matrix::identity(n_y))),
-            None => problem.system.linear_output(),
-        };
-        let at_start = Output {
-            system: &problem.system,
-            k: 0,
-            u: &u,
-            n,
-            n_y,
-            n_v,
-        };
-        let anywhere = IntervalVector::new(List::filled(Interval::UNIT, n + n_v));
-        // Of the systems with equations of their own in this crate: they have no kinks, and the same C at every step and input.
-        let known = match problem.system {
-            AnySystem::Equations(_) => known,
-            _ => known.or_else(|| at_start.coefficients(&anywhere)),
-        };
+        let known = problem.system.linear_output();
         let v_hull = match (&v, &known) {
             (Some(v), None) => {
                 let hull = v.interval_hull();
@@ -168,15 +111,15 @@ impl Sensor {
             known,
             n,
             n_y,
-            n_u: u.len(),
+            n_u: variables.u.len(),
             n_v,
         })
     }
 
     /// What y_k says of the x_k in a set, of which `hull` is asked for where h is not known to be linear.
-    pub fn read(
+    pub fn read<Y: System>(
         &self,
-        system: &AnySystem,
+        system: &Y,
         k: usize,
         u: &[f64],
         y: Measurement,
@@ -187,14 +130,7 @@ impl Sensor {
         if y.iter().all(Option::is_none) {
             return Ok(None);
         }
-        let output = Output {
-            system,
-            k,
-            u,
-            n: self.n,
-            n_y: self.n_y,
-            n_v: self.n_v,
-        };
+        let output = Output::of_sizes(system, k, u, [self.n, self.n_y, self.n_v]);
         if let Some((c, d_v)) = &self.known {
             return self.linear(&output, c, d_v, y).map(Some);
         }
@@ -212,9 +148,9 @@ impl Sensor {
     }
 
     /// The rows of C that were measured, and the set y − h(k, 0, u, 0) − D_v V that C x lies in.
-    fn linear(
+    fn linear<Y: System>(
         &self,
-        output: &Output,
+        output: &Output<Y>,
         c: &Matrix,
         d_v: &Matrix,
         y: Measurement,
@@ -259,9 +195,9 @@ impl Sensor {
 
     /// The mean value form over `hull` × V̂ about the middle of the hull and v̄. A component is left out where a number of its row is
     /// not finite: h or a derivative may be undefined there.
-    fn mean_value(
+    fn mean_value<Y: System>(
         &self,
-        output: &Output,
+        output: &Output<Y>,
         hull: &IntervalVector,
         y: Measurement,
     ) -> Result<Reading, EstimationError> {

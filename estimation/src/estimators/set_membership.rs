@@ -3,8 +3,7 @@
 use crate::error::finite_vector;
 use crate::estimator::{Belief, Containment, Measurement, Shape, Size};
 use crate::propagation::Dynamics;
-use crate::system::{AnySystem, System};
-use crate::{EstimationError, Problem, Uncertain};
+use crate::{EstimationError, Problem, System, Uncertain};
 use std::sync::OnceLock;
 use zonobench_sets::lp::{LinearProgram, Work};
 use zonobench_sets::{
@@ -38,8 +37,8 @@ pub(super) fn set_of(
 
 /// A system with the sets of its noises.
 #[derive(Clone, Debug)]
-pub(super) struct Model {
-    pub system: AnySystem,
+pub(super) struct Model<Y> {
+    pub system: Y,
     /// X_0.
     pub prior: ConstrainedZonotope,
     /// W.
@@ -48,9 +47,10 @@ pub(super) struct Model {
     n_u: usize,
 }
 
-impl Model {
-    /// Fails where a part has no set, or the system has parameters δ.
-    pub fn new(kind: &'static str, problem: &Problem) -> Result<Self, EstimationError> {
+impl<Y: System> Model<Y> {
+    /// Fails where the problem is not valid, a part has no set, or the system has parameters δ.
+    pub fn new(kind: &'static str, problem: &Problem<Y>) -> Result<Self, EstimationError> {
+        problem.validate()?;
         if problem.system.n_delta() > 0 {
             return Err(EstimationError::Unsupported {
                 kind,
@@ -72,7 +72,7 @@ impl Model {
         &'a self,
         k: usize,
         u: &'a [f64],
-    ) -> Result<Dynamics<'a, AnySystem>, EstimationError> {
+    ) -> Result<Dynamics<'a, Y>, EstimationError> {
         finite_vector("input u", u, self.n_u)?;
         let (n, n_w) = (self.prior.dim(), self.w.dim());
         Ok(Dynamics::of_sizes(&self.system, k, u, n, n_w))

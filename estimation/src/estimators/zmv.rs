@@ -5,7 +5,7 @@ use super::scale::{Scale, Units};
 use super::set_membership::{Model, ZonotopeBelief};
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::propagation::{Dynamics, zonotope_first_order, zonotope_mean_value};
-use crate::{EstimationError, Problem};
+use crate::{AnySystem, EstimationError, Problem, System};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::reduction::yang_scott;
 use zonobench_sets::{List, SetError, Zonotope, strip};
@@ -24,10 +24,21 @@ pub struct ZonotopeFilterSettings {
     pub measurement: MeasurementSettings,
 }
 
+impl ZonotopeFilterSettings {
+    /// So many generators, and else what is the default.
+    pub fn new(generators: usize) -> Self {
+        Self {
+            generators,
+            scale: Scale::default(),
+            measurement: MeasurementSettings::default(),
+        }
+    }
+}
+
 /// The zonotope filter of either extension.
 #[derive(Clone, Debug)]
-struct ZonotopeFilter {
-    model: Model,
+struct ZonotopeFilter<Y> {
+    model: Model<Y>,
     prior: Zonotope,
     w: Zonotope,
     generators: usize,
@@ -35,11 +46,11 @@ struct ZonotopeFilter {
     passes: usize,
 }
 
-impl ZonotopeFilter {
+impl<Y: System> ZonotopeFilter<Y> {
     fn new(
         kind: &'static str,
         settings: &ZonotopeFilterSettings,
-        problem: &Problem,
+        problem: &Problem<Y>,
     ) -> Result<Self, EstimationError> {
         let model = Model::new(kind, problem)?;
         let n = model.prior.dim();
@@ -108,11 +119,7 @@ impl ZonotopeFilter {
         k: usize,
         set: &Zonotope,
         u: &[f64],
-        extension: impl Fn(
-            &Dynamics<crate::AnySystem>,
-            &Zonotope,
-            &Zonotope,
-        ) -> Result<Zonotope, SetError>,
+        extension: impl Fn(&Dynamics<Y>, &Zonotope, &Zonotope) -> Result<Zonotope, SetError>,
     ) -> Result<Zonotope, EstimationError> {
         let f = self.model.dynamics(k - 1, u)?;
         extension(&f, set, &self.w)
@@ -132,16 +139,16 @@ macro_rules! zonotope_filter {
     ($(#[$doc:meta])* $name:ident, $kind:literal, $extension:ident) => {
         $(#[$doc])*
         #[derive(Clone, Debug)]
-        pub struct $name(ZonotopeFilter);
+        pub struct $name<Y = AnySystem>(ZonotopeFilter<Y>);
 
-        impl $name {
+        impl<Y: System> $name<Y> {
             /// Fails where a part of the problem has no set, `generators` is below n, or a setting is out of range.
-            pub fn new(settings: &ZonotopeFilterSettings, problem: &Problem) -> Result<Self, EstimationError> {
+            pub fn new(settings: &ZonotopeFilterSettings, problem: &Problem<Y>) -> Result<Self, EstimationError> {
                 ZonotopeFilter::new($kind, settings, problem).map(Self)
             }
         }
 
-        impl Estimator for $name {
+        impl<Y: System> Estimator for $name<Y> {
             type Belief = ZonotopeBelief;
             fn prior(&self) -> ZonotopeBelief {
                 self.0.prior.clone().into()
