@@ -364,7 +364,7 @@ fn an_azimuth_is_left_out_where_it_jumps_and_only_there() {
 }
 
 #[test]
-fn a_set_that_reaches_the_sensor_keeps_its_prediction() {
+fn a_set_that_reaches_the_sensor_leaves_the_azimuth_out() {
     let mut problem = around_a_beacon();
     problem.prior = box_of(&[(-1.0, 1.0), (-0.5, 1.0), (0.0, 0.1)]);
     for settings in all() {
@@ -372,9 +372,58 @@ fn a_set_that_reaches_the_sensor_keeps_its_prediction() {
         let before = filter.prior();
         let after = filter.update(0, &before, &[], &[None, Some(3.0)]).unwrap();
         assert_eq!(after.left_out(), [1], "{settings}");
-        assert_eq!(after.interval_hull(), before.interval_hull(), "{settings}");
+        let at = [-0.5, -0.5 * libm::tan(3.0), 0.05].map(Interval::point);
+        assert_ne!(after.contains(&at), Containment::Outside, "{settings}");
         let after = filter.update(0, &before, &[], &[None, None]).unwrap();
+        assert_eq!(after.interval_hull(), before.interval_hull(), "{settings}");
         assert!(after.left_out().is_empty());
+    }
+}
+
+/// Distances that are f64s exactly, from a sensor that lies in the set, and the noise on its ends.
+#[test]
+fn a_hull_around_a_sensor_is_narrowed_and_loses_nobody() {
+    let system = AnySystem::Equations(equations(
+        "px py",
+        "w1 w2",
+        "v",
+        &[("px", "px + w1"), ("py", "py + w2")],
+        &[("range", "sqrt(px^2 + py^2) + v")],
+    ));
+    for width in [6.0, 40.0, 1e6, 1e15] {
+        let problem = Problem {
+            system: system.clone(),
+            prior: box_of(&[(-width, 0.75 * width), (-0.875 * width, width)]),
+            w: box_of(&[(-0.1, 0.1); 2]),
+            v: box_of(&[(-0.0625, 0.0625)]),
+        };
+        for (x, v) in [
+            ([3.0, 4.0], 0.0625),
+            ([-4.0, 3.0], -0.0625),
+            ([0.0, -5.0], 0.0625),
+        ] {
+            for settings in all() {
+                let filter = filter(&settings, &problem);
+                let updated = filter
+                    .update(0, &filter.prior(), &[], &[Some(5.0 + v)])
+                    .unwrap();
+                let hull = updated.interval_hull().unwrap();
+                assert!(hull.contains(&x), "{settings}: {hull:?}");
+                assert_eq!(updated.left_out(), [0], "{settings}");
+                // Slices of a sixteenth of 2 (5 + 0.125) and less are not cut off.
+                let tight = settings.contains("cz") && width < 100.0;
+                assert!(
+                    !tight || hull.iter().all(|side| side.mag() < 6.0),
+                    "{settings}: {hull:?}"
+                );
+            }
+        }
+        let filter = filter(CZMV, &problem);
+        let updated = filter.update(1, &filter.prior(), &[], &[Some(-1.0)]);
+        assert_eq!(
+            updated.map(|_| ()).unwrap_err(),
+            EstimationError::Inconsistent { k: 1 }
+        );
     }
 }
 

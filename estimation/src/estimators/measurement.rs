@@ -8,7 +8,8 @@
 //!
 //! hence mid J_x x ∈ y − h(c, v̄) + mid J_x c + mid J_v v̄ − mid J_v V ± ρ, ρ = ⌈rad J_x |B − c| + rad J_v |V̂ − v̄|⌉: a strip, or
 //! a generalized intersection in which all rows share one v. A smaller set has a smaller B, so the same measurement may be read
-//! once more over what the first reading left.
+//! once more over what the first reading left. Where h cannot be expanded over B (a sensor in it, a jump), slices of B over which h misses y
+//! altogether are cut off first.
 
 use super::linear_output::check_measurement;
 use super::set_membership::set_of;
@@ -20,7 +21,9 @@ use serde::{Deserialize, Serialize};
 use zonobench_sets::interval_matrix::real_dot;
 use zonobench_sets::number::{self, Function};
 use zonobench_sets::rounding::up;
-use zonobench_sets::{ConstrainedZonotope, Interval, IntervalVector, List, Matrix, Zonotope};
+use zonobench_sets::{
+    ConstrainedZonotope, Interval, IntervalVector, List, Matrix, SetError, Zonotope,
+};
 
 /// How `zmv`, `zfo`, `czmv` and `czfo` take in a measurement that is not linear. One that is linear is exact and needs no second
 /// look.
@@ -193,52 +196,45 @@ impl Sensor {
             .map_err(EstimationError::at(k, "measurement"))
     }
 
-    /// The mean value form over `hull` × V̂ about the middle of the hull and v̄. A component is left out where a number of its row is
-    /// not finite: h or a derivative may be undefined there.
+    /// The mean value form over `hull` × V̂. Where a component is left out, the hull is first narrowed by what the measurement rules
+    /// out, and the sides that moved are strips, too.
     fn mean_value<Y: System>(
         &self,
         output: &Output<Y>,
         hull: &IntervalVector,
         y: Measurement,
     ) -> Result<Reading, EstimationError> {
-        let k = output.k;
-        let at = EstimationError::at(k, "measurement");
-        let over = IntervalVector::stack(&[hull, &self.v_hull]);
-        let center = match &self.v {
-            Some(v) => List::concat(&[&hull.mid()[..], v.c()]),
-            None => hull.mid(),
-        };
-        let point = IntervalVector::point(&center).map_err(&at)?;
-        let mut value = List::filled(Interval::ZERO, self.n_y);
-        output.evaluate(point.as_slice(), &mut value);
-        let derivatives = number::jacobian(output, over.as_slice());
-        let far = distances(&over, &center);
-        let (mut rows, mut left_out) = (List::new(), List::new());
-        let (mut middle, mut spread) = (List::new(), List::new());
-        for (i, y) in y.iter().enumerate() {
-            let Some(y) = *y else { continue };
-            let row = derivatives.row(i);
-            let linear: List<f64> = row.iter().map(|j| j.mid()).collect();
-            let width = Matrix::from_fn(1, row.len(), |_, j| row[j].rad());
-            let varies = product_up(&width, &far)[0];
-            let right = real_dot(Interval::point(y) - value[i], &linear, point.as_slice());
-            let spread_of_row = up(right.rad() + varies, 1);
-            if !(row.iter().all(|e| e.is_finite()) && spread_of_row.is_finite()) {
-                left_out.push(i);
-                continue;
+        let at = EstimationError::at(output.k, "update");
+        let mut rows = self.expanded(output, hull, y).map_err(&at)?;
+        if !rows.left_out.is_empty() {
+            let narrowed = self.narrowed(output, hull, y).map_err(&at)?;
+            if narrowed != *hull {
+                rows = self.expanded(output, &narrowed, y).map_err(&at)?;
+                for (j, (side, before)) in narrowed.iter().zip(hull).enumerate() {
+                    if side != before {
+                        let unit = |i: usize| f64::from(u8::from(i == j));
+                        rows.linear.push((0..self.n + self.n_v).map(unit).collect());
+                        rows.middle.push(side.mid());
+                        rows.spread.push(side.rad());
+                    }
+                }
             }
-            rows.push(linear);
-            middle.push(right.mid());
-            spread.push(spread_of_row);
         }
+        let Rows {
+            linear,
+            middle,
+            spread,
+            left_out,
+        } = rows;
         let part = |from: usize, to: usize| {
-            Matrix::from_fn(rows.len(), to - from, |i, j| rows[i][from + j])
+            Matrix::from_fn(linear.len(), to - from, |i, j| linear[i][from + j])
         };
-        let strips = match rows.is_empty() {
+        let strips = match linear.is_empty() {
             true => None,
             false => {
                 let d_v = part(self.n, self.n + self.n_v);
-                Some((part(0, self.n), self.target(k, &d_v, middle, &spread)?))
+                let target = self.target(output.k, &d_v, middle, &spread)?;
+                Some((part(0, self.n), target))
             }
         };
         Ok(Reading {
@@ -247,7 +243,114 @@ impl Sensor {
             left_out,
         })
     }
+
+    /// The rows of the mean value form over `hull` × V̂ about the middle of the hull and v̄. A component is left out where a number of
+    /// its row is not finite: h or a derivative may be undefined there.
+    fn expanded<Y: System>(
+        &self,
+        output: &Output<Y>,
+        hull: &IntervalVector,
+        y: Measurement,
+    ) -> Result<Rows, SetError> {
+        let over = IntervalVector::stack(&[hull, &self.v_hull]);
+        let center = match &self.v {
+            Some(v) => List::concat(&[&hull.mid()[..], v.c()]),
+            None => hull.mid(),
+        };
+        let point = IntervalVector::point(&center)?;
+        let mut value = List::filled(Interval::ZERO, self.n_y);
+        output.evaluate(point.as_slice(), &mut value);
+        let derivatives = number::jacobian(output, over.as_slice());
+        let far = distances(&over, &center);
+        let mut rows = Rows::default();
+        for (i, y) in y.iter().enumerate() {
+            let Some(y) = *y else { continue };
+            let row = derivatives.row(i);
+            let linear: List<f64> = row.iter().map(|j| j.mid()).collect();
+            let width = Matrix::from_fn(1, row.len(), |_, j| row[j].rad());
+            let varies = product_up(&width, &far)[0];
+            let right = real_dot(Interval::point(y) - value[i], &linear, point.as_slice());
+            let spread = up(right.rad() + varies, 1);
+            if row.iter().all(|e| e.is_finite()) && spread.is_finite() {
+                rows.linear.push(linear);
+                rows.middle.push(right.mid());
+                rows.spread.push(spread);
+            } else {
+                rows.left_out.push(i);
+            }
+        }
+        Ok(rows)
+    }
+
+    /// The hull without slices at its sides over which h × V̂, evaluated on intervals, misses y in some component.
+    ///
+    /// A slice is half of what is left of the side, then a quarter, down to a sixteenth. Fails with `Empty` where h misses y all over
+    /// the hull.
+    fn narrowed<Y: System>(
+        &self,
+        output: &Output<Y>,
+        hull: &IntervalVector,
+        y: Measurement,
+    ) -> Result<IntervalVector, SetError> {
+        let mut value = List::filled(Interval::ZERO, self.n_y);
+        let mut misses = |sides: &[Interval]| {
+            output.evaluate(sides, &mut value);
+            let both = y.iter().zip(&value);
+            both.into_iter()
+                .any(|(y, h)| y.is_some_and(|y| !h.contains(y)))
+        };
+        let mut sides = IntervalVector::stack(&[hull, &self.v_hull]).into_sides();
+        if misses(&sides) {
+            return Err(SetError::Empty { op: "narrowing" });
+        }
+        for side in (0..2 * self.n).chain(0..2 * self.n) {
+            let (j, upper) = (side / 2, side % 2 == 1);
+            let mut share = 0.5;
+            for _ in 0..TRIES {
+                let whole = sides[j];
+                let width = share * (whole.hi() - whole.lo());
+                let cut = match upper {
+                    false => whole.lo() + width,
+                    true => whole.hi() - width,
+                };
+                if !(whole.lo() < cut && cut < whole.hi()) {
+                    break;
+                }
+                let [below, above] = [(whole.lo(), cut), (cut, whole.hi())]
+                    .map(|(lo, hi)| Interval::new(lo, hi).unwrap_or(whole));
+                let (slice, rest) = if upper {
+                    (above, below)
+                } else {
+                    (below, above)
+                };
+                sides[j] = slice;
+                let gone = misses(&sides);
+                sides[j] = if gone { rest } else { whole };
+                if !gone && share <= 1.0 / 16.0 {
+                    break;
+                }
+                if !gone {
+                    share *= 0.5;
+                }
+            }
+        }
+        sides.truncate(self.n);
+        Ok(IntervalVector::new(sides))
+    }
 }
+
+/// Rows M x + N v ∈ middle ± spread.
+#[derive(Default)]
+struct Rows {
+    /// \[M, N\].
+    linear: List<List<f64>>,
+    middle: List<f64>,
+    spread: List<f64>,
+    left_out: List<usize>,
+}
+
+/// How many slices of a side are tried at most.
+const TRIES: usize = 64;
 
 /// Upper bounds on |z − c| over a box that contains c.
 fn distances(over: &IntervalVector, center: &[f64]) -> List<f64> {
