@@ -1,11 +1,12 @@
 //! One target, one attack, one run: who was lost.
 
 use crate::adversary::{Attack, choose};
-use crate::targets::Target;
+use crate::targets::{Own, Target};
 use zonobench_estimation::estimator::Containment;
 use zonobench_estimation::simulate::{InitialState, Inputs, Noise, SimulationError, Truth};
 use zonobench_estimation::{
-    AnyEstimator, Belief, EstimationError, Estimator, Problem, System, Trajectory, simulate, track,
+    AnyEstimator, Belief, EstimationError, Estimator, EstimatorSettings, Problem, System,
+    Trajectory, simulate, track,
 };
 use zonobench_sets::{Interval, SetError};
 
@@ -54,26 +55,64 @@ impl Counts {
 /// cannot be simulated, its estimator not be made, or a step fails otherwise than by an empty set, a refusal or a set that
 /// leaves the model's domain; the text says which.
 pub fn attack(target: &Target, attack: Attack, run: u64) -> Result<Counts, String> {
-    let failed = |what: &str, e: &dyn std::fmt::Display| {
-        let (name, system) = (target.name, target.system);
-        format!(
-            "{name} on {system}, {}, run {run}: {what}: {e}",
-            attack.name()
-        )
-    };
-    let problem = (target.problem)(target.seed(), run);
-    let settings = serde_json::from_str(target.settings).map_err(|e| failed("settings", &e))?;
-    let estimator = AnyEstimator::new(&settings, &problem).map_err(|e| failed("estimator", &e))?;
-    let seed = target.seed() ^ (attack as u64 + 1);
-    let inputs = vec![target.input.to_vec(); target.steps + 1];
-    let counted = run_of(
-        &estimator,
-        &problem,
-        (inputs, target.inside),
-        attack,
-        (seed, run),
-    );
-    counted.map_err(|(what, e)| failed(what, &e))
+    let settings = serde_json::from_str(target.settings)
+        .map_err(|e| format!("{} on {}: settings: {e}", target.name, target.system))?;
+    Battle {
+        name: target.name,
+        system: target.system,
+        settings: &settings,
+        problem: &(target.problem)(target.seed(), run),
+        inputs: vec![target.input.to_vec(); target.steps + 1],
+        inside: target.inside,
+        seed: target.seed(),
+    }
+    .fought(attack, run)
+}
+
+/// Run `run` of `attack` against an estimator on a problem of a user's own; as [`attack()`].
+pub fn attack_own(own: &Own, attack: Attack, run: u64) -> Result<Counts, String> {
+    Battle {
+        name: &own.estimator,
+        system: &own.system,
+        settings: &own.settings,
+        problem: &own.problem,
+        inputs: own.inputs.clone(),
+        inside: INSIDE_OF_OWN,
+        seed: own.seed(),
+    }
+    .fought(attack, run)
+}
+
+/// The share of the bounds that is used of problems that we do not know: room for the rounding of a measurement that is
+/// 10⁶ times as large as its noise.
+const INSIDE_OF_OWN: f64 = 1.0 - 1e-9;
+
+/// An estimator, a problem, and what drives it.
+struct Battle<'a> {
+    name: &'a str,
+    system: &'a str,
+    settings: &'a EstimatorSettings,
+    problem: &'a Problem,
+    inputs: Vec<Vec<f64>>,
+    inside: f64,
+    seed: u64,
+}
+
+impl Battle<'_> {
+    fn fought(self, attack: Attack, run: u64) -> Result<Counts, String> {
+        let failed = |what: &str, e: &dyn std::fmt::Display| {
+            let (name, system) = (self.name, self.system);
+            format!(
+                "{name} on {system}, {}, run {run}: {what}: {e}",
+                attack.name()
+            )
+        };
+        let estimator =
+            AnyEstimator::new(self.settings, self.problem).map_err(|e| failed("estimator", &e))?;
+        let at = (self.seed ^ (attack as u64 + 1), run);
+        let how = (self.inputs, self.inside);
+        run_of(&estimator, self.problem, how, attack, at).map_err(|(what, e)| failed(what, &e))
+    }
 }
 
 /// Run `run` of `attack` against any estimator of any problem, under the inputs u_0 … u_N: N steps, noise within the share
@@ -91,7 +130,7 @@ pub fn attack_on<E: Estimator, Y: System>(
     let counted = run_of(
         estimator,
         problem,
-        (inputs, 1.0 - 1e-9),
+        (inputs, INSIDE_OF_OWN),
         attack,
         (seed, run),
     );
