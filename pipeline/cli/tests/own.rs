@@ -103,7 +103,8 @@ fn check_says_what_was_understood() {
         "at the center of the prior, phi = 0.3, omega = 0",
         "next by x",
         "lift          guaranteed; in the file as lift",
-        "zmv           it needs a measurement linear in x and v",
+        "zmv           guaranteed",
+        "kalman        it needs a system of kind linear",
         "20 runs of 100 steps: at most",
         "MB of memory",
     ] {
