@@ -25,6 +25,7 @@ pub mod problem;
 pub mod proof {}
 pub mod propagation;
 pub mod random;
+pub mod reported;
 pub mod signal;
 pub mod simulate;
 pub mod system;
@@ -36,6 +37,7 @@ pub use error::EstimationError;
 pub use estimator::{AnyBelief, AnyEstimator, Belief, Estimator, EstimatorSettings};
 pub use online::Online;
 pub use problem::{Problem, ProblemError, Uncertain, UncertainError};
+pub use reported::Reported;
 pub use simulate::{Inputs, Trajectory, Truth, simulate};
 pub use system::{AnySystem, System};
 pub use track::{Step, track};

@@ -291,6 +291,9 @@ fn difference(
 /// Every estimator in settings in which it compares no components, or compares them in units of the prior.
 const FREE: &[&str] = &[
     r#"{"kind": "kalman"}"#,
+    r#"{"kind": "ekf"}"#,
+    r#"{"kind": "ukf"}"#,
+    r#"{"kind": "particle", "particles": 50}"#,
     r#"{"kind": "zmv", "generators": 12, "scale": "prior"}"#,
     r#"{"kind": "czmv", "generators": 12, "constraints": 3, "h": "c1", "scale": "prior"}"#,
     r#"{"kind": "czmv", "generators": 12, "constraints": 3, "h": "c2", "scale": "prior"}"#,
