@@ -133,6 +133,20 @@ fn on_a_linear_system_ekf_and_ukf_are_the_kalman_filter() {
     }
 }
 
+#[test]
+fn a_small_alpha_costs_digits_and_no_more() {
+    let problem = linear();
+    let (_, u, y) = course(&problem, 0, 30);
+    let last = |settings: &str| {
+        let steps = track(&filter(settings, &problem), 30, &u, &y).last();
+        steps.unwrap().updated.unwrap().covariance().unwrap()[(0, 0)]
+    };
+    let exact = last(r#"{"kind": "kalman"}"#);
+    let off = (last(r#"{"kind": "ukf", "alpha": 1e-3}"#) / exact - 1.0).abs();
+    // Images near 1 are rounded by 1e-16, and divided by 1e-6.
+    assert!(1e-12 < off && off < 1e-8, "{off:e}");
+}
+
 /// The mean of 20 runs of 10⁴ particles over the same data, beside the Kalman filter: 3 standard errors of that mean, at
 /// four steps and of three components.
 #[test]

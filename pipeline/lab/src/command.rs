@@ -67,7 +67,8 @@ pub struct CommandSettings {
 pub fn not_allowed(estimator: &str, settings: &CommandSettings) -> Error {
     Error::Refused {
         what: format!("estimator {estimator}"),
-        expected: "--allow-commands, because its file wants to start a program with your rights".to_owned(),
+        expected: "--allow-commands, because its file wants to start a program with your rights"
+            .to_owned(),
         got: format!("none, for: {}", settings.command.join(" ")),
     }
 }
@@ -139,9 +140,10 @@ pub fn problem_line(problem: &Problem, steps: usize, settings: &Value) -> String
         list.iter().map(one).collect()
     };
     let uncertain = |part: &Uncertain| {
-        let sides = part.bounds.as_ref().map(|sides| -> Vec<[f64; 2]> {
-            sides.iter().map(|s| [s.lo(), s.hi()]).collect()
-        });
+        let sides = part
+            .bounds
+            .as_ref()
+            .map(|sides| -> Vec<[f64; 2]> { sides.iter().map(|s| [s.lo(), s.hi()]).collect() });
         let constraints = part.constraints.as_ref();
         json!({
             "center": part.center,
@@ -248,7 +250,10 @@ impl Block<'_> {
         };
         let line = json!({ "k": k, "u": u, "y": y }).to_string();
         let timeout = self.program.settings.timeout;
-        match talk.ask(line, timeout).and_then(|answer| self.program.understood(k, &answer)) {
+        match talk
+            .ask(line, timeout)
+            .and_then(|answer| self.program.understood(k, &answer))
+        {
             Ok(Ok(said)) => Ok(said),
             // Its own word: the run ends, the process serves the next one.
             Ok(Err(word)) => {
@@ -288,8 +293,11 @@ impl Program<'_> {
         }
         match answer.status.as_deref().unwrap_or("ok") {
             "ok" => {}
-            word @ ("inconsistent" | "refused" | "diverged" | "singular" | "overflow" | "failed") => {
-                let cause = answer.reason.unwrap_or_else(|| "as the program says".to_owned());
+            word @ ("inconsistent" | "refused" | "diverged" | "singular" | "overflow"
+            | "failed") => {
+                let cause = answer
+                    .reason
+                    .unwrap_or_else(|| "as the program says".to_owned());
                 return Ok(Err(Fault {
                     status: word.to_owned(),
                     cause,
@@ -326,7 +334,10 @@ impl Program<'_> {
                 Some((matrix("generators", &g)?, constraints.map(of).transpose()?))
             }
         };
-        let covariance = answer.covariance.map(|p| matrix("covariance", &p)).transpose()?;
+        let covariance = answer
+            .covariance
+            .map(|p| matrix("covariance", &p))
+            .transpose()?;
         let reported = Reported::new(center, bounds, set, covariance).map_err(wrong)?;
         Ok(Ok(Said {
             belief: AnyBelief::Reported(reported),
@@ -355,7 +366,10 @@ struct Talk {
 
 impl Talk {
     fn start(settings: &CommandSettings, hello: &str) -> Result<Self, Fault> {
-        let (name, arguments) = settings.command.split_first().expect("it was checked when it was read");
+        let (name, arguments) = settings
+            .command
+            .split_first()
+            .expect("it was checked when it was read");
         // A path is one from the experiment's folder; a bare name is looked for as a shell does.
         let program = match name.contains(std::path::MAIN_SEPARATOR) || name.contains('/') {
             true => settings.folder.join(name),
@@ -380,7 +394,11 @@ impl Talk {
             for mut line in lines {
                 line.push('\n');
                 // A program that reads no more has ended, or will be found to be silent.
-                if input.write_all(line.as_bytes()).and_then(|()| input.flush()).is_err() {
+                if input
+                    .write_all(line.as_bytes())
+                    .and_then(|()| input.flush())
+                    .is_err()
+                {
                     break;
                 }
             }
@@ -492,7 +510,9 @@ impl Drop for Talk {
 }
 
 fn too_long() -> Fault {
-    Fault::failed(format!("answered with more than {LONGEST_LINE} bytes without an end of line"))
+    Fault::failed(format!(
+        "answered with more than {LONGEST_LINE} bytes without an end of line"
+    ))
 }
 
 /// Hands on line after line until the output ends or nobody listens. The channel is short, so that a program that

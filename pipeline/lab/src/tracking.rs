@@ -1,7 +1,7 @@
 //! `track`: estimators on recorded data, without a simulation and without a truth.
 
-use crate::experiment::{Tracking, allow_commands};
 use crate::experiment::metric::needs_truth;
+use crate::experiment::{Tracking, allow_commands};
 use crate::recorded::{self, Recording};
 use crate::stage::ending::Ending;
 use crate::stage::estimate::{Job, describe, extras, make, volumes};

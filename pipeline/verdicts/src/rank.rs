@@ -14,6 +14,9 @@ use zonobench_lake::lake::{files_of, path_keys, read_manifest};
 use zonobench_lake::rows::Metric;
 use zonobench_lake::table;
 
+/// Values that agree to nine digits are equal: two forms of one filter differ by rounding, and always to the same side.
+const EQUAL: f64 = 1e-9;
+
 /// What the pairs say of two means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Order {
@@ -23,7 +26,7 @@ pub enum Order {
     /// The first mean is the greater one.
     #[serde(rename = "more")]
     More,
-    /// The 99 % interval of the ratio holds 1, or both are equal in every run.
+    /// The 99 % interval of the ratio holds 1, or both are equal in every run, to nine digits.
     #[serde(rename = "no difference")]
     NoDifference,
     /// Fewer than two runs have both values, or the pairs have no spread: they say nothing of other runs.
@@ -71,7 +74,8 @@ pub fn paired(pairs: &[(f64, f64)]) -> Paired {
         (_, true) => Order::More,
         _ => Order::NoDifference,
     };
-    if runs > 1 && pairs.iter().all(|(a, b)| a == b) {
+    let same = |&(a, b): &(f64, f64)| (a - b).abs() <= EQUAL * a.abs().max(b.abs());
+    if runs > 1 && pairs.iter().all(same) {
         return Paired {
             runs,
             ratio,
@@ -164,7 +168,11 @@ pub fn rankings(lake: &Path, wanted: &Wanted) -> Result<Vec<Ranking>, Error> {
     let entries = read_manifest(lake)?;
     let mut files: Vec<(String, String, std::path::PathBuf)> = Vec::new();
     for path in files_of(lake, &entries, "metrics") {
-        let below = path.strip_prefix(lake).unwrap_or(&path).to_string_lossy().into_owned();
+        let below = path
+            .strip_prefix(lake)
+            .unwrap_or(&path)
+            .to_string_lossy()
+            .into_owned();
         let keys = path_keys(&below);
         if let (Some(paper), Some(experiment)) = (keys.paper, keys.experiment) {
             files.push((paper.to_owned(), experiment.to_owned(), path.clone()));
@@ -175,14 +183,20 @@ pub fn rankings(lake: &Path, wanted: &Wanted) -> Result<Vec<Ranking>, Error> {
         ask == paper || ask == experiment || ask.split_once('/') == Some((paper, experiment))
     };
     for ask in &wanted.experiments {
-        if !files.iter().any(|(paper, experiment, _)| is(ask, paper, experiment)) {
+        if !files
+            .iter()
+            .any(|(paper, experiment, _)| is(ask, paper, experiment))
+        {
             let known: Vec<String> = files.iter().map(|(p, e, _)| format!("{p}/{e}")).collect();
             return Err(unknown("experiment with metrics", ask, &known));
         }
     }
     files.retain(|(paper, experiment, _)| {
         wanted.experiments.is_empty()
-            || wanted.experiments.iter().any(|ask| is(ask, paper, experiment))
+            || wanted
+                .experiments
+                .iter()
+                .any(|ask| is(ask, paper, experiment))
     });
     let (mut metrics, mut estimators) = (BTreeSet::new(), BTreeSet::new());
     let mut all = Vec::new();
@@ -197,7 +211,11 @@ pub fn rankings(lake: &Path, wanted: &Wanted) -> Result<Vec<Ranking>, Error> {
             return Err(unknown("metric", ask, &Vec::from_iter(metrics)));
         }
     }
-    if let Some(ask) = wanted.against.as_ref().filter(|ask| !estimators.contains(*ask)) {
+    if let Some(ask) = wanted
+        .against
+        .as_ref()
+        .filter(|ask| !estimators.contains(*ask))
+    {
         return Err(unknown("estimator", ask, &Vec::from_iter(estimators)));
     }
     Ok(all)
@@ -233,14 +251,21 @@ fn of_experiment(paper: &str, experiment: &str, rows: &[Metric], wanted: &Wanted
         if !asked || is_bound(&row.metric) {
             continue;
         }
-        let subject = (row.metric.to_string(), text(&row.component), text(&row.over));
+        let subject = (
+            row.metric.to_string(),
+            text(&row.component),
+            text(&row.over),
+        );
         let place = groups.iter().position(|(s, _)| *s == subject);
         let place = place.unwrap_or_else(|| {
             groups.push((subject, Vec::new()));
             groups.len() - 1
         });
         let group = &mut groups[place].1;
-        if group.last().is_none_or(|(last, _)| **last != *row.estimator) {
+        if group
+            .last()
+            .is_none_or(|(last, _)| **last != *row.estimator)
+        {
             group.push((row.estimator.to_string(), Vec::new()));
         }
         let (_, values) = group.last_mut().expect("it was pushed");
@@ -266,7 +291,11 @@ fn of_experiment(paper: &str, experiment: &str, rows: &[Metric], wanted: &Wanted
                     _ => None,
                 };
                 greater.into_iter().for_each(|place| less[place] += 1);
-                let (estimator, than) = if swapped { (second, first) } else { (first, second) };
+                let (estimator, than) = if swapped {
+                    (second, first)
+                } else {
+                    (first, second)
+                };
                 pairs.push(Comparison {
                     paper: paper.to_owned(),
                     experiment: experiment.to_owned(),
@@ -283,8 +312,9 @@ fn of_experiment(paper: &str, experiment: &str, rows: &[Metric], wanted: &Wanted
                 });
             }
         }
-        let mut ranks: Vec<(usize, String)> =
-            (less.iter().zip(&group)).map(|(less, (id, _))| (less + 1, id.clone())).collect();
+        let mut ranks: Vec<(usize, String)> = (less.iter().zip(&group))
+            .map(|(less, (id, _))| (less + 1, id.clone()))
+            .collect();
         ranks.sort_by_key(|(rank, _)| *rank);
         let component = component.map_or_else(String::new, |c| format!(" of {c}"));
         let over = over.map_or_else(String::new, |o| format!(" over {o}"));
@@ -318,7 +348,10 @@ pub fn text(rankings: &[Ranking]) -> String {
     let number = |x: Option<f64>| x.map_or_else(|| "-".to_owned(), |x| format!("{x:.4}"));
     for ranking in rankings {
         let _ = writeln!(out, "{}: {}", ranking.name, ranking.subject);
-        let ranks = ranking.ranks.iter().map(|(rank, id)| format!("{rank}. {id}"));
+        let ranks = ranking
+            .ranks
+            .iter()
+            .map(|(rank, id)| format!("{rank}. {id}"));
         let _ = writeln!(out, "  {}", ranks.collect::<Vec<_>>().join("   "));
         let rows: Vec<[String; 6]> = ranking
             .pairs
@@ -337,7 +370,14 @@ pub fn text(rankings: &[Ranking]) -> String {
                 ]
             })
             .collect();
-        let header = ["estimator", "than", "ratio", "99 % interval", "verdict", "runs"];
+        let header = [
+            "estimator",
+            "than",
+            "ratio",
+            "99 % interval",
+            "verdict",
+            "runs",
+        ];
         let header = header.map(str::to_owned);
         let width = |i: usize| {
             let rows = rows.iter().chain([&header]);
@@ -345,7 +385,10 @@ pub fn text(rankings: &[Ranking]) -> String {
         };
         let widths: Vec<usize> = (0..6).map(width).collect();
         for row in [&header].into_iter().chain(&rows) {
-            let cells = row.iter().zip(&widths).map(|(cell, &width)| format!("{cell:width$}"));
+            let cells = row
+                .iter()
+                .zip(&widths)
+                .map(|(cell, &width)| format!("{cell:width$}"));
             let _ = writeln!(out, "  {}", cells.collect::<Vec<_>>().join("  ").trim_end());
         }
         out.push('\n');
@@ -357,7 +400,8 @@ pub fn text(rankings: &[Ranking]) -> String {
 pub fn csv(rankings: &[Ranking]) -> String {
     let mut csv = csv::Writer::from_writer(Vec::new());
     for pair in rankings.iter().flat_map(|r| &r.pairs) {
-        csv.serialize(pair).expect("a row of texts and numbers has a CSV form");
+        csv.serialize(pair)
+            .expect("a row of texts and numbers has a CSV form");
     }
     let bytes = csv.into_inner().expect("writing to memory does not fail");
     String::from_utf8(bytes).expect("names are UTF-8")
@@ -401,8 +445,9 @@ mod tests {
 
     #[test]
     fn means_that_differ_by_chance_are_no_difference() {
-        let pairs: Vec<(f64, f64)> =
-            (0..40).map(|i| (1.0 + noise(i), 1.0 + noise(i + 500))).collect();
+        let pairs: Vec<(f64, f64)> = (0..40)
+            .map(|i| (1.0 + noise(i), 1.0 + noise(i + 500)))
+            .collect();
         let found = paired(&pairs);
         assert_ne!(found.ratio, Some(1.0));
         assert_eq!(found.order, Order::NoDifference);
@@ -414,6 +459,10 @@ mod tests {
         assert_eq!(paired(&[(1.0, 2.0); 5]).order, Order::Undecided);
         assert_eq!(paired(&[(2.0, 2.0); 5]).order, Order::NoDifference);
         assert_eq!(paired(&[(0.0, 0.0); 5]).order, Order::NoDifference);
+        let rounded: Vec<(f64, f64)> = (0..30)
+            .map(|i| (noise(i), noise(i) * (1.0 + 1e-12 * noise(i + 9))))
+            .collect();
+        assert_eq!(paired(&rounded).order, Order::NoDifference);
         assert_eq!(paired(&[]).order, Order::Undecided);
     }
 
@@ -437,7 +486,11 @@ mod tests {
             (0..30).map(move |run| {
                 // The last run of the second has no value.
                 let there = !(id == "b" && run == 29);
-                row(id, run, there.then(|| size * (1.0 + noise(run) + 0.05 * noise(run + 77))))
+                row(
+                    id,
+                    run,
+                    there.then(|| size * (1.0 + noise(run) + 0.05 * noise(run + 77))),
+                )
             })
         });
         all.collect()
@@ -448,21 +501,33 @@ mod tests {
         let rows = rows(&[("a", 1.0), ("b", 1.0), ("c", 0.5)]);
         let all = of_experiment("p", "e", &rows, &Wanted::default());
         assert_eq!(all.len(), 1);
-        let ranks = [(1, "c".to_owned()), (2, "a".to_owned()), (2, "b".to_owned())];
+        let ranks = [
+            (1, "c".to_owned()),
+            (2, "a".to_owned()),
+            (2, "b".to_owned()),
+        ];
         assert_eq!(all[0].ranks, ranks);
         let runs: Vec<usize> = all[0].pairs.iter().map(|p| p.runs).collect();
         assert_eq!(runs, [29, 30, 29]);
         let text = text(&all);
-        assert!(text.starts_with("p/e: rmse of x1\n  1. c   2. a   2. b\n"), "{text}");
+        assert!(
+            text.starts_with("p/e: rmse of x1\n  1. c   2. a   2. b\n"),
+            "{text}"
+        );
         let against = Wanted {
             against: Some("a".into()),
             ..Wanted::default()
         };
         let all = of_experiment("p", "e", &rows, &against);
-        let pairs: Vec<(&str, &str)> =
-            all[0].pairs.iter().map(|p| (&*p.estimator, &*p.than)).collect();
+        let pairs: Vec<(&str, &str)> = all[0]
+            .pairs
+            .iter()
+            .map(|p| (&*p.estimator, &*p.than))
+            .collect();
         assert_eq!(pairs, [("b", "a"), ("c", "a")]);
-        assert!(csv(&all).starts_with("paper,experiment,metric,component,over,estimator,than,runs,ratio,lo,hi,verdict\n"));
+        assert!(csv(&all).starts_with(
+            "paper,experiment,metric,component,over,estimator,than,runs,ratio,lo,hi,verdict\n"
+        ));
         let json: serde_json::Value = serde_json::from_str(&json(&all)).unwrap();
         assert_eq!(json[1]["verdict"], "less");
         assert_eq!(json[0]["over"], serde_json::Value::Null);

@@ -579,7 +579,10 @@ const LARGEST_FILE: u64 = 1 << 30;
 
 /// `[[estimator]] kind = "command"`.
 pub fn command(table: &Table, folder: Option<&Path>) -> Result<CommandSettings, BadInput> {
-    let field = table.need("command", "the program and its arguments, as an array of strings")?;
+    let field = table.need(
+        "command",
+        "the program and its arguments, as an array of strings",
+    )?;
     let Some(folder) = folder else {
         return Err(
             field.fault("expected no program, because this experiment is not in a folder, got one")

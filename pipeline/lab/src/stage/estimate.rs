@@ -105,7 +105,8 @@ pub fn describe(job: &Job) -> Result<EstimatorInfo, Error> {
     let estimator = match &spec.settings {
         Method::BuiltIn(settings) => build(job, settings)?,
         Method::Command(settings) => {
-            let Value::Object(mut map) = serde_json::to_value(settings).expect("it has a JSON form")
+            let Value::Object(mut map) =
+                serde_json::to_value(settings).expect("it has a JSON form")
             else {
                 unreachable!("settings are an object")
             };
@@ -355,7 +356,8 @@ impl Source<'_> {
                         return None;
                     }
                     let begun = if k == 0 { block.begin(run) } else { Ok(()) };
-                    let said = begun.and_then(|()| block.step(k, data.input(k), data.measurement(k)));
+                    let said =
+                        begun.and_then(|()| block.step(k, data.input(k), data.measurement(k)));
                     ended = said.is_err();
                     if k == steps && !ended {
                         block.finished();

@@ -297,8 +297,11 @@ fn fold(
             }
             None => None,
         },
-        ellipsoid: quantile(&["ellipsoid_contains", "ellipsoid_inside", "coverage"], components.len())
-            .map_err(fail)?,
+        ellipsoid: quantile(
+            &["ellipsoid_contains", "ellipsoid_inside", "coverage"],
+            components.len(),
+        )
+        .map_err(fail)?,
         interval: quantile(&["coverage"], 1).map_err(fail)?,
     };
     let values: Vec<Vec<(Option<usize>, Option<f64>)>> = (0..recordings.runs())
@@ -587,7 +590,9 @@ impl Context<'_> {
                 })
                 .collect(),
             "nees" => {
-                let distances = window.iter().map(|(k, p)| self.squared_distance(p, &truth(*k)));
+                let distances = window
+                    .iter()
+                    .map(|(k, p)| self.squared_distance(p, &truth(*k)));
                 one(mean(distances.flatten()))
             }
             "nis" => one(mean(self.innovations(run).map(|(squared, _)| squared))),
@@ -604,7 +609,10 @@ impl Context<'_> {
                     let scores = window.iter().filter_map(|(k, p)| {
                         let e = truth(*k)[i] - p.center[i];
                         let e = if self.angles[i] { wrap(e) } else { e };
-                        Some(ranked_score(e, p.covariance.as_ref()?[(i, i)].max(0.0).sqrt()))
+                        Some(ranked_score(
+                            e,
+                            p.covariance.as_ref()?[(i, i)].max(0.0).sqrt(),
+                        ))
                     });
                     (Some(i), mean(scores))
                 })
@@ -669,4 +677,41 @@ fn share(verdicts: impl Iterator<Item = bool>) -> Option<f64> {
         all += 1;
     }
     (all > 0).then(|| yes as f64 / all as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ranked_score;
+
+    /// ∫ (F(t) − 1[t ≥ e])² dt of N(0, s²), by the midpoint rule.
+    fn integral(e: f64, s: f64) -> f64 {
+        let (from, steps) = (-12.0 * s - e.abs(), 200_000);
+        let width = -2.0 * from / f64::from(steps);
+        let term = |i: i32| {
+            let t = from + (f64::from(i) + 0.5) * width;
+            let below = 0.5 * (1.0 + libm::erf(t / s * std::f64::consts::FRAC_1_SQRT_2));
+            let step = if t >= e { 1.0 } else { 0.0 };
+            (below - step) * (below - step) * width
+        };
+        (0..steps).map(term).sum()
+    }
+
+    #[test]
+    fn the_ranked_score_is_its_integral() {
+        for (e, s) in [
+            (0.0, 1.0),
+            (0.7, 1.0),
+            (-2.5, 0.5),
+            (3.0, 2.0),
+            (0.01, 0.001),
+        ] {
+            let (formula, integral) = (ranked_score(e, s), integral(e, s));
+            // The step falls into one of the intervals.
+            assert!(
+                (formula - integral).abs() < 1e-4 * s,
+                "{e} {s}: {formula} {integral}"
+            );
+        }
+        assert_eq!(ranked_score(-0.25, 0.0), 0.25);
+    }
 }
