@@ -419,7 +419,7 @@ mod tests {
 
     /// A number in (0, 1) that looks random.
     fn noise(i: usize) -> f64 {
-        let x = (i as f64 * 12.9898).sin() * 43_758.547;
+        let x = libm::sin(i as f64 * 12.9898) * 43_758.547;
         x - x.floor()
     }
 

@@ -283,7 +283,7 @@ pub fn make(
 
 /// An estimator that is ready to run.
 enum Made<'a> {
-    BuiltIn(AnyEstimator),
+    BuiltIn(Box<AnyEstimator>),
     Command(Program<'a>),
 }
 
@@ -291,7 +291,7 @@ impl<'a> Made<'a> {
     /// Fails where the estimator cannot be made, or is a program that the user has not allowed to run.
     fn new(job: &Job<'a>) -> Result<Self, Error> {
         match &job.spec.settings {
-            Method::BuiltIn(settings) => build(job, settings).map(Self::BuiltIn),
+            Method::BuiltIn(settings) => Ok(Self::BuiltIn(Box::new(build(job, settings)?))),
             Method::Command(settings) if settings.allowed => {
                 let problem = &job.spec.problem;
                 Ok(Self::Command(Program::new(settings, problem, job.steps)))
@@ -382,6 +382,15 @@ impl Source<'_> {
     }
 }
 
+/// Which belief a row is of, and what it says in place of the belief's own status.
+#[derive(Clone, Copy)]
+struct At {
+    run: usize,
+    k: usize,
+    phase: Phase,
+    status: Option<&'static str>,
+}
+
 struct Judged<'a> {
     job: &'a Job<'a>,
     estimator: &'a Made<'a>,
@@ -443,7 +452,13 @@ impl<'a> Judged<'a> {
             };
             let mut record = |phase, belief: &AnyBelief, status| match not_finite(belief) {
                 None => {
-                    self.record(run, step.k, phase, belief, status, truth, &mut rows);
+                    let at = At {
+                        run,
+                        k: step.k,
+                        phase,
+                        status,
+                    };
+                    self.record(at, belief, truth, &mut rows);
                     None
                 }
                 Some(what) => Some(Ending::overflow(&self.id, run, step.k, what)),
@@ -488,16 +503,13 @@ impl<'a> Judged<'a> {
         Ok(Course { timing, ending })
     }
 
-    fn record(
-        &self,
-        run: usize,
-        k: usize,
-        phase: Phase,
-        belief: &AnyBelief,
-        status: Option<&'static str>,
-        truth: Option<&[Interval]>,
-        rows: &mut RunRows,
-    ) {
+    fn record(&self, at: At, belief: &AnyBelief, truth: Option<&[Interval]>, rows: &mut RunRows) {
+        let At {
+            run,
+            k,
+            phase,
+            status,
+        } = at;
         let (center, hull, size) = (belief.center(), belief.interval_hull(), belief.size());
         let truth = truth.filter(|_| hull.is_some());
         let contains = truth.and_then(|x| match belief.contains(x) {
