@@ -398,7 +398,7 @@ estimators! {
     Ukf, UkfSettings, Gaussian, "ukf", ["alpha", "beta", "kappa", "wrap"];
     Particle, ParticleSettings, ParticleBelief, "particle",
         ["particles", "resample_below", "seed", "wrap"];
-    BoxStateEst, BoxStateEstSettings, BoxWindow, "box-state-est", ["products"];
+    BoxStateEst, BoxStateEstSettings, BoxWindow, "box-state-est", ["products", "scale"];
     Ezgkf, EzgkfSettings, MixedBelief, "ezgkf", MIXED_KEYS;
     EzgkfM, EzgkfSettings, MixedBelief, "ezgkf-m", MIXED_KEYS;
     Ezgkp, EzgkpSettings, MixedBelief, "ezgkp",

@@ -4,6 +4,7 @@
 
 pub mod command;
 pub mod experiment;
+pub mod outlook;
 pub mod recorded;
 pub mod stage;
 pub mod tracking;

@@ -25,8 +25,8 @@ pub struct Ending {
     pub run: usize,
     /// The step without a belief.
     pub k: usize,
-    /// The status of its row: `inconsistent`, `refused`, `singular`, `overflow` or `failed`; of a program of the user's
-    /// own also `diverged`, `timeout`, and `refuted`, after which the run goes on.
+    /// The status of its row: `inconsistent`, `refused`, `diverged`, `singular`, `overflow` or `failed`; of a program of the
+    /// user's own also `timeout`, and `refuted`, after which the run goes on.
     pub status: String,
     /// Why, in words, without step and estimator.
     pub cause: String,
@@ -64,6 +64,22 @@ impl Ending {
             status: REFUTED.to_owned(),
             cause: "it claims a guarantee, and the true state is outside of its set".to_owned(),
         }
+    }
+
+    /// By sets that grow without end.
+    pub fn diverged(estimator: &str, run: usize, k: usize, cause: String) -> Self {
+        Self {
+            estimator: estimator.to_owned(),
+            run,
+            k,
+            status: "diverged".to_owned(),
+            cause,
+        }
+    }
+
+    /// Whether numbers were no longer finite.
+    pub fn is_overflow(&self) -> bool {
+        self.status == "overflow"
     }
 
     /// False for what an estimator may say as a result: that a measurement contradicts the model, or that what it
