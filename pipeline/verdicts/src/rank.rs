@@ -484,12 +484,13 @@ mod tests {
         };
         let all = values.iter().flat_map(|&(id, size)| {
             (0..30).map(move |run| {
-                // The last run of the second has no value.
+                // What all share, and a twentieth of each one's own; the last run of the second has no value.
+                let own = noise(run + 100 * usize::from(id.as_bytes()[0]));
                 let there = !(id == "b" && run == 29);
                 row(
                     id,
                     run,
-                    there.then(|| size * (1.0 + noise(run) + 0.05 * noise(run + 77))),
+                    there.then(|| size * (1.0 + noise(run) + 0.05 * own)),
                 )
             })
         });
