@@ -311,7 +311,7 @@ fn files_that_are_too_much_are_answered_at_once() {
                 "{what}, {command}: {seconds:.2} s, {} bytes",
                 outcome.stderr.len()
             );
-            outcome.says(&[part]);
+            let outcome = outcome.says(&[part]);
             assert!(
                 outcome.stderr.len() < 2500,
                 "{what}: {} bytes",
