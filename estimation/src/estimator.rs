@@ -7,11 +7,13 @@
 
 use crate::estimators::{
     BoxStateEst, BoxStateEstSettings, BoxWindow, Comb, CombPlus, ConstrainedBelief, Czfo,
-    CzfoSettings, Czmv, CzmvSettings, DCz, DRrsr, DZb, Ezgkf, EzgkfM, EzgkfSettings, Ezgkp,
-    EzgkpSettings, Gaussian, Inzsmf, Kalman, KalmanSettings, Lift, MixedBelief, PolytopeBelief,
-    PolytopeFilterSettings, PoseZonotope, Rrsr, VehicleFilterSettings, Zfo, Zmv, ZonotopeBelief,
-    ZonotopeFilterSettings, Zsmf,
+    CzfoSettings, Czmv, CzmvSettings, DCz, DRrsr, DZb, Ekf, EkfSettings, Ezgkf, EzgkfM,
+    EzgkfSettings, Ezgkp, EzgkpSettings, Gaussian, Inzsmf, Kalman, KalmanSettings, Lift,
+    MixedBelief, Particle, ParticleBelief, ParticleSettings, PolytopeBelief,
+    PolytopeFilterSettings, PoseZonotope, Rrsr, Ukf, UkfSettings, VehicleFilterSettings, Zfo, Zmv,
+    ZonotopeBelief, ZonotopeFilterSettings, Zsmf,
 };
+use crate::reported::Reported;
 use crate::{EstimationError, Problem};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::{Interval, IntervalVector, Matrix};
@@ -104,6 +106,10 @@ pub trait Belief: Clone + Send {
     fn extras(&self) -> Vec<Extra> {
         Vec::new()
     }
+    /// What its rows say in place of `ok` though the run goes on: `singular` where the measurement was not taken in.
+    fn status(&self) -> Option<&'static str> {
+        None
+    }
     /// True if both are known to say the same of the state: an estimator that only keeps y_k for its next
     /// prediction has the same belief before and after. False where that is not looked at.
     fn says_the_same(&self, other: &Self) -> bool {
@@ -122,6 +128,11 @@ pub trait Estimator: Send + Sync {
     type Belief: Belief;
     /// What is known of x_0 before anything is measured.
     fn prior(&self) -> Self::Belief;
+    /// The same for one of several runs: an estimator that draws random numbers draws others in each.
+    fn prior_of_run(&self, run: u64) -> Self::Belief {
+        let _ = run;
+        self.prior()
+    }
     /// From the (updated, reduced) belief at k − 1 to the predicted one at `k`; `u_prev` is u_{k−1}.
     fn predict(
         &self,
@@ -159,6 +170,11 @@ pub trait Estimator: Send + Sync {
     /// What a user should know before trusting the numbers, e.g. an ill-conditioned inversion.
     fn warning(&self) -> Option<String> {
         None
+    }
+    /// What it took from the problem where its settings do not say, as key and value; none unless its documentation
+    /// names some.
+    fn readings(&self) -> Vec<(&'static str, &'static str)> {
+        Vec::new()
     }
 }
 
@@ -206,6 +222,9 @@ macro_rules! beliefs {
             }
             fn extras(&self) -> Vec<Extra> {
                 match self { $(Self::$belief(b) => b.extras()),+ }
+            }
+            fn status(&self) -> Option<&'static str> {
+                match self { $(Self::$belief(b) => b.status()),+ }
             }
             fn says_the_same(&self, other: &Self) -> bool {
                 match (self, other) {
@@ -281,6 +300,9 @@ macro_rules! estimators {
             fn prior(&self) -> AnyBelief {
                 match self { $(Self::$estimator(e) => AnyBelief::$belief(e.prior())),+ }
             }
+            fn prior_of_run(&self, run: u64) -> AnyBelief {
+                match self { $(Self::$estimator(e) => AnyBelief::$belief(e.prior_of_run(run))),+ }
+            }
             fn predict(
                 &self,
                 k: usize,
@@ -335,18 +357,23 @@ macro_rules! estimators {
             fn warning(&self) -> Option<String> {
                 match self { $(Self::$estimator(e) => e.warning()),+ }
             }
+            fn readings(&self) -> Vec<(&'static str, &'static str)> {
+                match self { $(Self::$estimator(e) => e.readings()),+ }
+            }
         }
     };
 }
 
 beliefs!(
     Gaussian,
+    ParticleBelief,
     BoxWindow,
     MixedBelief,
     ZonotopeBelief,
     ConstrainedBelief,
     PoseZonotope,
     PolytopeBelief,
+    Reported,
 );
 
 const VEHICLE_KEYS: [&str; 8] = [
@@ -374,6 +401,10 @@ const MIXED_KEYS: [&str; 7] = [
 
 estimators! {
     Kalman, KalmanSettings, Gaussian, "kalman", [];
+    Ekf, EkfSettings, Gaussian, "ekf", ["wrap"];
+    Ukf, UkfSettings, Gaussian, "ukf", ["alpha", "beta", "kappa", "wrap"];
+    Particle, ParticleSettings, ParticleBelief, "particle",
+        ["particles", "resample_below", "seed", "wrap"];
     BoxStateEst, BoxStateEstSettings, BoxWindow, "box-state-est", ["products", "scale"];
     Ezgkf, EzgkfSettings, MixedBelief, "ezgkf", MIXED_KEYS;
     EzgkfM, EzgkfSettings, MixedBelief, "ezgkf-m", MIXED_KEYS;
