@@ -58,12 +58,14 @@ fn draw(source: &Source, paper: Option<&Paper>) -> Result<Vec<Figure>, Error> {
     if let Some(run) = source.first_run("box", EXPLAINED)? {
         let at = |of| source.instants("box", EXPLAINED, of, EXPLAINED_AT, SAMPLES);
         figures.push(Figure {
-            name: "Fig. 1",
+            experiment: None,
+            name: "Fig. 1".into(),
             title: "The estimate of the Kalman filter, with possible states".to_owned(),
             drawing: ellipse_with_states(&run, &at(KALMAN)?),
         });
         figures.push(Figure {
-            name: "Fig. 2",
+            experiment: None,
+            name: "Fig. 2".into(),
             title: "The estimate of Box-State-Est, with possible states".to_owned(),
             drawing: box_with_states(&run, &at(BOX)?),
         });
@@ -81,17 +83,20 @@ fn draw(source: &Source, paper: Option<&Paper>) -> Result<Vec<Figure>, Error> {
         }
         let data = |queries: &[_]| Data::of("box", experiment, &run, queries);
         figures.push(Figure {
-            name: names[0],
+            experiment: None,
+            name: names[0].into(),
             title: format!("States and their estimates, {scenario}"),
             drawing: Ok(states(&run, scenario, data(&[TRUTH, ESTIMATES]))),
         });
         figures.push(Figure {
-            name: names[1],
+            experiment: None,
+            name: names[1].into(),
             title: format!("Estimation errors, {scenario}"),
             drawing: Ok(errors(&run, scenario, data(&[TRUTH, ESTIMATES]))),
         });
         figures.push(Figure {
-            name: names[2],
+            experiment: None,
+            name: names[2].into(),
             title: format!("Boxes and confidence ellipses, {scenario}"),
             drawing: sets(&run, scenario, data(&[TRUTH, ESTIMATES, COVARIANCES])),
         });
@@ -194,6 +199,7 @@ fn ellipse_with_states(run: &FirstRun, instants: &[Instant]) -> Result<Drawing, 
     let states = errors.iter().map(|e| [center[0] + e[0], center[1] + e[1]]);
     let title = "Estimate and confidence ellipse of the Kalman filter";
     Ok(Drawing {
+        below: Vec::new(),
         svg: explained(
             run,
             title,
@@ -258,6 +264,7 @@ fn box_with_states(run: &FirstRun, instants: &[Instant]) -> Result<Drawing, Stri
     });
     let title = "Estimate and enclosure of Box-State-Est";
     Ok(Drawing {
+        below: Vec::new(),
         svg: explained(
             run,
             title,
@@ -368,6 +375,7 @@ fn states(run: &FirstRun, scenario: &str, data: Data) -> Drawing {
         at_steps(&outside)
     );
     Drawing {
+        below: Vec::new(),
         svg: figure.to_svg(),
         caption,
         data,
@@ -427,6 +435,7 @@ fn errors(run: &FirstRun, scenario: &str, data: Data) -> Drawing {
         measured.collect::<Vec<_>>().join("; ")
     );
     Drawing {
+        below: Vec::new(),
         svg: figure.to_svg(),
         caption,
         data,
@@ -525,6 +534,7 @@ fn sets(run: &FirstRun, scenario: &str, data: Data) -> Result<Drawing, String> {
         at_steps(&within[1])
     );
     Ok(Drawing {
+        below: Vec::new(),
         svg: figure.to_svg(),
         caption,
         data,
@@ -534,7 +544,8 @@ fn sets(run: &FirstRun, scenario: &str, data: Data) -> Result<Drawing, String> {
 /// Fig. 6: d_k = x_{k+1} − f(x_k, 0) and v_k = y_k − h(x_k, 0), from what the lake holds of x and y.
 fn signals(run: &FirstRun, experiment: &str, published: Option<&Experiment>) -> Figure {
     let figure = |drawing| Figure {
-        name: "Fig. 6",
+        experiment: None,
+        name: "Fig. 6".into(),
         title: "Disturbances and measurement noise, scenario B".to_owned(),
         drawing,
     };
@@ -602,6 +613,7 @@ fn signals(run: &FirstRun, experiment: &str, published: Option<&Experiment>) -> 
     };
     let measurements = ("k, component, value", "measurements", "");
     figure(Ok(Drawing {
+below: Vec::new(),
         svg: drawn.to_svg(),
         caption: "The paper's signals are in its Fig. 6 alone, which the text at hand has not. These are chosen so that the \
                   Kalman estimate leaves the box at the steps that the paper names: d1 a saw, d2 and v a square, all of \

@@ -1,6 +1,7 @@
 //! bundle: Figs. 1 and 2 of [Khajenejad], and all set methods for nonlinear systems on one example.
 
 use super::{About, Data, Drawing, Figure};
+use crate::document::{Block, Cell, Kind, Shape, Table};
 use crate::source::{FirstRun, Source};
 use crate::svg::{self, Axis, Colour, Marker, Panel, Series};
 use std::collections::BTreeMap;
@@ -70,7 +71,8 @@ fn draw(source: &Source, paper: Option<&Paper>) -> Result<Vec<Figure>, Error> {
         let found = paper.and_then(|p| p.experiments.iter().find(|e| e.id == experiment));
         let dots = found.map_or_else(Vec::new, |e| cloud(&run, &e.problem));
         figures.push(Figure {
-            name,
+            experiment: None,
+            name: name.into(),
             title: title.to_owned(),
             drawing: updated_sets(experiment, title, &run, &sets, &dots, [x, y], unit),
         });
@@ -78,7 +80,8 @@ fn draw(source: &Source, paper: Option<&Paper>) -> Result<Vec<Figure>, Error> {
     if let Some(run) = source.first_run("bundle", "ranking")? {
         let scores = source.scores("bundle", "ranking")?;
         figures.push(Figure {
-            name: "Not in the paper",
+            experiment: None,
+            name: "Not in the paper".into(),
             title: "All set methods on the same system and noise".to_owned(),
             drawing: ranking(&run, &scores),
         });
@@ -239,6 +242,7 @@ fn updated_sets(
         ..svg::Figure::default()
     };
     Ok(Drawing {
+        below: Vec::new(),
         svg: figure.to_svg(),
         caption: format!(
             "In the paper: the updated sets of the five methods at k = 0 to 4 in one run whose seed is not printed, \
@@ -297,19 +301,26 @@ fn ranking(run: &FirstRun, scores: &[Score]) -> Result<Drawing, String> {
         let key = |row: &[Option<f64>; 3]| row[0].unwrap_or(f64::INFINITY);
         key(&a.1).total_cmp(&key(&b.1))
     });
-    let show = |x: Option<f64>| x.map_or_else(|| "–".to_owned(), four_digits);
-    let table: Vec<String> = rows
-        .iter()
-        .enumerate()
-        .map(|(i, (label, [area, radius, contains]))| {
-            let (area, radius) = (show(*area), show(*radius));
-            format!(
-                "| {} | {label} | {area} | {radius} | {} |",
-                i + 1,
-                show(*contains)
-            )
-        })
-        .collect();
+    let show = |x: Option<f64>| Cell::from(x.map_or_else(|| "–".to_owned(), four_digits));
+    let lines = rows.iter().enumerate();
+    let lines = lines.map(|(i, (label, [area, radius, contains]))| {
+        let place = (i + 1).to_string();
+        vec![
+            place.into(),
+            (*label).into(),
+            show(*area),
+            show(*radius),
+            show(*contains),
+        ]
+    });
+    let columns = [
+        ("", Shape::Number),
+        ("method", Shape::Words),
+        ("area", Shape::Number),
+        ("radius", Shape::Number),
+        ("share of states certainly inside", Shape::Number),
+    ];
+    let table = Table::new(Kind::Sortable, "Mean sizes", &columns, lines.collect());
     let drawn = [
         ("zmv", "ZMV", Colour::Blue),
         ("czmv", "CZMV", Colour::Vermilion),
@@ -344,13 +355,12 @@ fn ranking(run: &FirstRun, scores: &[Score]) -> Result<Drawing, String> {
         ..svg::Figure::default()
     };
     Ok(Drawing {
+        below: vec![Block::Table(table)],
         svg: figure.to_svg(),
         caption: format!(
             "The system of Example I with its derivatives in their tightest form, |w| ≤ 0.1, |v| ≤ 0.4, the same draws \
              for all; 20 generators for ZMV, ZFO, CZMV and CZFO, 5 constraints for the latter two. The table has means \
-             over the runs of the mean over k ≥ 1; drawn are widths of hulls in run 0. Times are in `timings`.\n\n\
-             | | method | area | radius | share of states certainly inside |\n|---|---|---|---|---|\n{}",
-            table.join("\n")
+             over the runs of the mean over k ≥ 1; drawn are widths of hulls in run 0. Times are in `timings`."
         ),
         data: Data::of(
             "bundle",

@@ -36,7 +36,8 @@ fn draw(source: &Source, paper: Option<&Paper>) -> Result<Vec<Figure>, Error> {
     if let Some(run) = run(source, "one-step")? {
         let sets = Sets::read(source, "one-step")?;
         figures.push(Figure {
-            name: "Fig. 1",
+            experiment: None,
+            name: "Fig. 1".into(),
             title: "One step from a triangle".to_owned(),
             drawing: one_step(&run, &sets, prior(paper, "one-step").as_ref()),
         });
@@ -45,12 +46,14 @@ fn draw(source: &Source, paper: Option<&Paper>) -> Result<Vec<Figure>, Error> {
         let sets = Sets::read(source, "first-steps")?;
         let (prior, v) = (prior(paper, "first-steps"), noise(paper, "first-steps"));
         figures.push(Figure {
-            name: "Fig. 2",
+            experiment: None,
+            name: "Fig. 2".into(),
             title: "The first update".to_owned(),
             drawing: first_update(&run, &sets, prior.as_ref().zip(v.as_ref())),
         });
         figures.push(Figure {
-            name: "Fig. 3",
+            experiment: None,
+            name: "Fig. 3".into(),
             title: "Four steps without process noise".to_owned(),
             drawing: four_steps(&run, &sets, prior.as_ref().zip(v.as_ref())),
         });
@@ -58,7 +61,8 @@ fn draw(source: &Source, paper: Option<&Paper>) -> Result<Vec<Figure>, Error> {
     if let Some(radii) = run(source, "radii_g20")? {
         let taylor = run(source, "taylor_g20")?;
         figures.push(Figure {
-            name: "Fig. 4",
+            experiment: None,
+            name: "Fig. 4".into(),
             title: "Radii of the updated sets".to_owned(),
             drawing: Ok(radii_of(&radii, taylor.as_ref())),
         });
@@ -212,6 +216,7 @@ fn one_step(run: &FirstRun, sets: &Sets, prior: Option<&Zonotope>) -> Result<Dra
         ..svg::Figure::default()
     };
     Ok(Drawing {
+        below: Vec::new(),
         svg: figure.to_svg(),
         caption: format!(
             "In the paper: X_0 and the enclosures of the set that one step of Eq. (23) leads to, by Theorem 2 and by \
@@ -298,6 +303,7 @@ fn first_update(run: &FirstRun, sets: &Sets, known: Known) -> Result<Drawing, St
         ..svg::Figure::default()
     };
     Ok(Drawing {
+        below: Vec::new(),
         svg: figure.to_svg(),
         caption: format!(
             "In the paper: X_0, the bounds of the first measurement (dashed), the zonotope that encloses their \
@@ -356,6 +362,7 @@ fn four_steps(run: &FirstRun, sets: &Sets, known: Known) -> Result<Drawing, Stri
         .map(|(k, cz, z)| format!("k = {k}: {} and {}", four_digits(*cz), four_digits(*z)))
         .collect();
     Ok(Drawing {
+        below: Vec::new(),
         svg: figure.to_svg(),
         caption: format!(
             "In the paper: the updated sets of the first four steps without process noise, and images of points of \
@@ -451,6 +458,7 @@ fn radii_of(run: &FirstRun, taylor: Option<&FirstRun>) -> Drawing {
         from.sql.extend(more.sql);
     }
     Drawing {
+        below: Vec::new(),
         svg: figure.to_svg(),
         caption: format!(
             "In the paper: the radii of CZMV, ZMV, CZFO and ZFO over 100 steps with process noise. Run 0; means over \

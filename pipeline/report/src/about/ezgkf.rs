@@ -72,7 +72,8 @@ fn draw(source: &Source, _: Option<&Paper>) -> Result<Vec<Figure>, Error> {
     };
     let title = "Confidence boxes and centers, Van der Pol oscillator".to_owned();
     Ok(vec![Figure {
-        name: "Fig. 1",
+        experiment: None,
+        name: "Fig. 1".into(),
         title,
         drawing,
     }])
@@ -181,6 +182,7 @@ fn boxes(run: &FirstRun) -> Drawing {
         ],
     );
     Drawing {
+        below: Vec::new(),
         svg: figure.to_svg(),
         caption,
         data,

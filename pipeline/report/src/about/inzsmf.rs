@@ -38,7 +38,8 @@ fn draw(source: &Source, _: Option<&Paper>) -> Result<Vec<Figure>, Error> {
     let (first, bad) = (run(source, "table-1_row1")?, run(source, "table-1_row6")?);
     if let (Some(first), Some(bad)) = (first, bad) {
         figures.push(Figure {
-            name: "Fig. 2",
+            experiment: None,
+            name: "Fig. 2".into(),
             title: "From the true state, and from (0, 5, 5)".to_owned(),
             drawing: Ok(comparison(&first, &bad)),
         });
@@ -46,14 +47,16 @@ fn draw(source: &Source, _: Option<&Paper>) -> Result<Vec<Figure>, Error> {
     let (poles, radius) = (run(source, "table-2")?, run(source, "table-1_row7")?);
     if let (Some(poles), Some(radius)) = (poles, radius) {
         figures.push(Figure {
-            name: "Fig. 3",
+            experiment: None,
+            name: "Fig. 3".into(),
             title: "Gains from poles and from the F-radius".to_owned(),
             drawing: Ok(gains(&poles, &radius)),
         });
     }
     if let Some(attack) = run(source, "attack_square")? {
         figures.push(Figure {
-            name: "Not in the paper",
+            experiment: None,
+            name: "Not in the paper".into(),
             title: "Noise within its bounds".to_owned(),
             drawing: Ok(attacked(&attack)),
         });
@@ -247,6 +250,7 @@ fn comparison(first: &FirstRun, bad: &FirstRun) -> Drawing {
     );
     let estimators = SHOWN.map(|(estimator, _, _)| estimator);
     Drawing {
+        below: Vec::new(),
         svg: figure.to_svg(),
         caption,
         data: joined(
@@ -293,6 +297,7 @@ fn gains(poles: &FirstRun, radius: &FirstRun) -> Drawing {
     );
     let estimators = SHOWN.map(|(estimator, _, _)| estimator);
     Drawing {
+        below: Vec::new(),
         svg: figure.to_svg(),
         caption,
         data: joined(
@@ -338,6 +343,7 @@ fn attacked(run: &FirstRun) -> Drawing {
         outside("enclosed"),
     );
     Drawing {
+        below: Vec::new(),
         svg: figure.to_svg(),
         caption,
         data: data("attack_square", run, &["inzsmf-tables", "enclosed"]),

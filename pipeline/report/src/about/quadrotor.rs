@@ -26,8 +26,9 @@ pub fn figures(source: &Source) -> Result<Vec<Figure>, Error> {
     let Some(run) = source.first_run("cz", FLIGHT)? else {
         return Ok(Vec::new());
     };
-    let figure = |name, title: &str, drawing| Figure {
-        name,
+    let figure = |name: &'static str, title: &str, drawing| Figure {
+        experiment: None,
+        name: name.into(),
         title: title.to_owned(),
         drawing,
     };
@@ -150,6 +151,7 @@ fn flight(run: &FirstRun) -> Drawing {
         ..svg::Figure::default()
     };
     Drawing {
+below: Vec::new(),
         svg: figure.to_svg(),
         caption: "In the paper: the path with the hulls of CZMV (red) and ZMV (green) in (x, y, z). Here: the same, after \
                   the first second, the three faces of each hull that are seen. The controller does not know the wind, so \
@@ -213,6 +215,7 @@ fn radii(experiment: &str, run: &FirstRun, shown: [(&str, &str); 2]) -> Drawing 
     };
     let condition = format!("estimator IN ('{}', '{}')", shown[0].0, shown[1].0);
     Drawing {
+        below: Vec::new(),
         svg: figure.to_svg(),
         caption: format!(
             "In the paper: the radii of the updated sets. The longest edge is that of the vertical velocity, which is \
@@ -264,6 +267,7 @@ fn components(run: &FirstRun) -> Drawing {
         ..svg::Figure::default()
     };
     Drawing {
+below: Vec::new(),
         svg: figure.to_svg(),
         caption: "No noise drives the angles and turn rates, so their sets are what all measurements together leave: \
                   10⁻⁵ wide beside a velocity of 1. The linear programs scale their rows for that reason."

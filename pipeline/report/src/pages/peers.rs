@@ -3,8 +3,8 @@
 //! What is said here is computed from its rows: ratios of medians, and how many hulls leave out a point that is in
 //! their set exactly.
 
-use crate::html::markup;
-use crate::markdown::{escaped, heading, table};
+use crate::document::prose::prose;
+use crate::document::{Block, Kind, Page, Picture, Shape, Table, line};
 use crate::svg::Colour;
 use crate::svg::bars::{Bar, Bars, Group};
 use serde::Deserialize;
@@ -296,7 +296,7 @@ const ABOUT: &str = "Every tool gets the same sets, whose coefficients are short
     has no constrained zonotope: only boxes of zonotopes and functions over boxes can be asked of it.";
 
 /// The chart: other tools' times as multiples of ours.
-pub fn chart(rows: &[PeerRow]) -> String {
+fn chart(rows: &[PeerRow]) -> String {
     let mut tools: Vec<&str> = Vec::new();
     let mut groups: Vec<Group> = Vec::new();
     for operation in operations(rows) {
@@ -342,17 +342,17 @@ fn short_cut(row: &PeerRow) -> String {
 }
 
 /// The name of the chart beside the page.
-pub const CHART: &str = "peers.svg";
+const CHART: &str = "peers.svg";
 
-const HEADER: [&str; 8] = [
-    "tool",
-    "median, µs",
-    "least, µs",
-    "ratio",
-    "hulls that cut off a point",
-    "hull too wide by",
-    "version",
-    "remark",
+const HEADER: [(&str, Shape); 8] = [
+    ("tool", Shape::Words),
+    ("median, µs", Shape::Number),
+    ("least, µs", Shape::Number),
+    ("ratio", Shape::Number),
+    ("hulls that cut off a point", Shape::Words),
+    ("hull too wide by", Shape::Number),
+    ("version", Shape::Words),
+    ("remark", Shape::Why),
 ];
 
 /// The cells of a row.
@@ -386,33 +386,47 @@ fn tables(rows: &[PeerRow]) -> Vec<(String, Vec<[String; 8]>)> {
     out
 }
 
-/// The Markdown page `peers.md`.
-pub fn page(rows: &[PeerRow]) -> String {
-    let mut out = format!(
-        "# Beside other tools\n\n{} {}\n\n{}\n\nRecorded on {}; `just bench` shows it on this machine.\n\n",
-        escaped(&verdict(rows)),
-        ours_cut(rows),
-        escaped(ABOUT),
-        escaped(&processors(rows))
-    );
-    out += &format!("![{}]({CHART})\n\n", escaped(&verdict(rows)));
+/// The page; None where nothing was recorded.
+pub fn page(rows: &[PeerRow]) -> Option<Page> {
+    if rows.is_empty() {
+        return None;
+    }
+    let mut blocks = vec![
+        Block::Para(line![verdict(rows), " ", ours_cut(rows)]),
+        Block::Para(line![ABOUT]),
+        Block::Para(prose(&format!(
+            "Recorded on {}; `just bench` shows it on this machine.",
+            processors(rows)
+        ))),
+        Block::Picture(Picture {
+            file: CHART.to_owned(),
+            title: verdict(rows),
+            svg: chart(rows),
+            caption: Vec::new(),
+        }),
+    ];
     for (title, lines) in tables(rows) {
-        out += &heading(2, &title, &escaped(&title));
-        let lines: Vec<Vec<String>> = lines
-            .iter()
-            .map(|line| line.iter().map(|c| escaped(c)).collect())
-            .collect();
-        out += &(table(&HEADER, &lines) + "\n");
+        blocks.push(Block::heading(2, &title));
+        let lines = lines.into_iter().map(|line| line.map(Into::into).to_vec());
+        let table = Table::new(Kind::Sortable, title, &HEADER, lines.collect());
+        blocks.push(Block::Table(table));
     }
     let cost = cost(rows);
     if !cost.is_empty() {
-        out += &heading(2, "cost", "What certifying and rounding cost");
-        out += &cost
-            .iter()
-            .map(|line| format!("- {}\n", escaped(line)))
-            .collect::<String>();
+        blocks.push(Block::heading_at(
+            2,
+            "cost",
+            "What certifying and rounding cost",
+        ));
+        blocks.push(Block::list(cost.into_iter().map(|cost| line![cost])));
     }
-    out
+    Some(Page {
+        place: "peers".to_owned(),
+        name: "Other tools".to_owned(),
+        file: Some("peers.md".to_owned()),
+        title: line!["Beside other tools"],
+        blocks,
+    })
 }
 
 /// How our hulls came out, as a sentence.
@@ -421,42 +435,6 @@ fn ours_cut(rows: &[PeerRow]) -> String {
     let hulls: usize = ours().filter_map(|r| r.hulls).sum();
     let cut: usize = ours().filter_map(|r| r.cut_off).sum();
     format!("Of our {hulls} hulls {cut} cut off a point of their set.")
-}
-
-/// The line of the front page that leads here.
-pub fn pointer(rows: &[PeerRow]) -> String {
-    if rows.is_empty() {
-        return String::new();
-    }
-    format!(
-        "\n[Beside other tools](peers.md): {}\n",
-        escaped(&verdict(rows))
-    )
-}
-
-/// The page of the HTML report, from its `<h1>` on.
-pub fn html(rows: &[PeerRow]) -> String {
-    let mut out = format!(
-        "<h1>Beside other tools</h1>\n<p>{} {}</p>\n<p>{}</p>\n<p>Recorded on {}; <code>just bench</code> shows it on this \
-         machine.</p>\n",
-        markup::escaped(&verdict(rows)),
-        ours_cut(rows),
-        markup::escaped(ABOUT),
-        markup::escaped(&processors(rows))
-    );
-    out += &markup::scrolling("Time of other tools, as a multiple of ours", &chart(rows));
-    for (title, lines) in tables(rows) {
-        let body: String = lines
-            .iter()
-            .map(|line| markup::row(&line.each_ref().map(|c| markup::escaped(c))))
-            .collect();
-        out += &markup::table("sortable", &title, &HEADER, &body);
-    }
-    let cost: String = cost(rows)
-        .iter()
-        .map(|line| format!("<li>{}</li>", markup::escaped(line)))
-        .collect();
-    out + &format!("<h2>What certifying and rounding cost</h2>\n<ul>{cost}</ul>\n")
 }
 
 #[cfg(test)]
@@ -480,10 +458,12 @@ mod tests {
                 "{tool}: one a size"
             );
         }
-        let page = page(&rows);
-        let html = html(&rows);
+        let pages = [page(&rows).unwrap()];
+        let page = &crate::render::markdown::files(&pages)["peers.md"];
+        let html = crate::render::html::file(&pages, &serde_json::Value::Null);
         for ratio in &hulls {
-            assert!(page.contains(&escaped(&ratio.shown())), "{page}");
+            let shown = crate::render::markdown::escaped(&ratio.shown());
+            assert!(page.contains(&shown), "{page}");
             assert!(html.contains(&ratio.shown()));
         }
         for row in rows.iter().filter(|r| r.tool == OURS && r.hulls.is_some()) {

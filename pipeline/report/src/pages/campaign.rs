@@ -1,7 +1,7 @@
 //! The long campaign against the guarantees, from the committed `attack.csv` beside the pages, by estimator.
 
-use crate::html::markup;
-use crate::markdown::{escaped, heading, table};
+use crate::document::prose::prose;
+use crate::document::{Block, Kind, Page, Shape, Table, line};
 use zonobench_attack::clopper_pearson_upper;
 use zonobench_engine::long_campaign::RecordedAttack;
 use zonobench_evidence::attack::CONFIDENCE;
@@ -10,18 +10,18 @@ use zonobench_lake::digits::four_digits;
 /// The name of the file beside the pages.
 pub const FILE: &str = "attack.csv";
 
-/// The heads of the columns of [`rows`].
-pub const HEADS: [&str; 10] = [
-    "paper",
-    "system",
-    "estimator",
-    "guaranteed",
-    "sets",
-    "undecided",
-    "lost",
-    "of them called empty",
-    "refused",
-    "rate of losses below (95 %, sets as trials)",
+/// The columns of [`rows`].
+const COLUMNS: [(&str, Shape); 10] = [
+    ("paper", Shape::Words),
+    ("system", Shape::Words),
+    ("estimator", Shape::Words),
+    ("guaranteed", Shape::Words),
+    ("sets", Shape::Number),
+    ("undecided", Shape::Number),
+    ("lost", Shape::Number),
+    ("of them called empty", Shape::Number),
+    ("refused", Shape::Number),
+    ("rate of losses below (95 %, sets as trials)", Shape::Number),
 ];
 
 /// How it was run, and how it is run again.
@@ -56,7 +56,7 @@ fn by_runs(recorded: &[RecordedAttack]) -> String {
 }
 
 /// One row an estimator and family of problems, all attacks together, in the order of the file.
-pub fn rows(recorded: &[RecordedAttack]) -> Vec<[String; 10]> {
+fn rows(recorded: &[RecordedAttack]) -> Vec<[String; 10]> {
     let mut sums: Vec<RecordedAttack> = Vec::new();
     for row in recorded {
         let same = |sum: &&mut RecordedAttack| {
@@ -92,40 +92,24 @@ pub fn rows(recorded: &[RecordedAttack]) -> Vec<[String; 10]> {
     sums.into_iter().map(shown).collect()
 }
 
-/// The section of the front page; nothing where nothing was recorded.
-pub fn section(recorded: &[RecordedAttack]) -> String {
+/// The page; None where nothing was recorded.
+pub fn page(recorded: &[RecordedAttack]) -> Option<Page> {
     if recorded.is_empty() {
-        return String::new();
+        return None;
     }
-    let rows: Vec<Vec<String>> = rows(recorded)
-        .into_iter()
-        .map(|row| row.map(|cell| escaped(&cell)).to_vec())
-        .collect();
-    heading(2, "Campaign", "The campaign against the guarantees")
-        + &how(recorded)
-        + "\n\n"
-        + &table(&HEADS, &rows)
-        + "\n"
-}
-
-/// The page's part for a browser; nothing where nothing was recorded.
-pub fn html(recorded: &[RecordedAttack]) -> String {
-    if recorded.is_empty() {
-        return String::new();
-    }
-    let body: String = rows(recorded)
-        .iter()
-        .map(|row| markup::row(&row.each_ref().map(|cell| markup::escaped(cell))))
-        .collect();
-    format!(
-        "<h1>The campaign against the guarantees</h1>\n<p>{}</p>\n",
-        markup::escaped(&how(recorded)).replace('`', "")
-    ) + &markup::table(
-        "sortable",
-        "Every estimator that was attacked",
-        &HEADS,
-        &body,
-    )
+    let rows = rows(recorded).into_iter();
+    let rows = rows.map(|row| row.map(Into::into).to_vec()).collect();
+    let caption = "Every estimator that was attacked";
+    Some(Page {
+        place: "campaign".to_owned(),
+        name: "Campaign".to_owned(),
+        file: Some(super::FRONT.to_owned()),
+        title: line!["The campaign against the guarantees"],
+        blocks: vec![
+            Block::Para(prose(&how(recorded))),
+            Block::Table(Table::new(Kind::Sortable, caption, &COLUMNS, rows)),
+        ],
+    })
 }
 
 #[cfg(test)]
@@ -151,8 +135,9 @@ mod tests {
             .unwrap_err()
             .to_string();
         assert!(message.contains("zsmf"), "{message}");
-        assert_eq!(section(&[]), "");
-        let section = section(&recorded);
+        assert!(page(&[]).is_none());
+        let section = crate::render::markdown::files(&[page(&recorded).unwrap()]);
+        let section = &section[crate::pages::FRONT];
         assert!(section.contains("here 7a, and"));
         // Two runs of zmv.
         let bound = four_digits(1.0 - libm::sqrt(0.05));

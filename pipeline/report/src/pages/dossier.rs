@@ -1,10 +1,12 @@
 //! The dossier of a paper: what its authors would want to read. Every verdict that is not a success, its evidence, the
 //! command that shows it, and what would change it.
 
-use crate::about;
-use crate::markdown::{code, escaped};
+use super::smoke_run;
+use crate::bibliography;
+use crate::document::prose::{blocks, prose};
+use crate::document::{Block, Item, Line, code, joined, label, line, strong};
 use crate::model;
-use crate::page::{label, smoke_run};
+use crate::render::markdown;
 use crate::source::{Held, Source};
 use std::path::Path;
 use zonobench_lake::digits::four_digits;
@@ -58,50 +60,48 @@ const SECTIONS: [(Verdict, &str); 10] = [
 ];
 
 fn of(held: &Held) -> String {
-    let mut out = match about::reference(&held.name) {
-        Some(work) => format!(
-            "# For the authors of “{}”\n\n{}\n\n",
-            escaped(&work.title),
-            escaped(&work.citation)
-        ),
-        None => format!("# For the authors of {}\n\n", escaped(&held.name)),
+    let work = bibliography::reference(&held.name);
+    let title = match &work {
+        Some(work) => line![format!("For the authors of “{}”", work.title)],
+        None => line![format!("For the authors of {}", held.name)],
     };
+    let mut out: Vec<Block> = Vec::new();
+    out.extend(work.map(|work| Block::Para(line![work.citation])));
     if held.is_quick() {
-        return out + &smoke_run();
+        out.push(smoke_run());
+        return markdown::text(&title, &out);
     }
-    out += "Thank you for a paper that can be rebuilt from its text. We have done so: every experiment, with the equations and \
-            parameters as they are printed, and set what came out beside what you print. This page is the part that did not \
-            come out, or that we could not decide, with the evidence and a command for each. A verdict is about one number or one \
-            sentence under one reading of it, not about the work; where we have misread you, we would like to be told, and \
-            below each group stands what would change it.\n\n";
-    out += "In all:\n\n";
-    for tally in judged::tallies(held.comparisons.iter()) {
-        out += &format!(
-            "- {}\n",
-            tally.sentence(|part| format!("{} {}", part.n, part.what))
-        );
-    }
-    out += &format!(
-        "\nThe commands read a lake that `zonobench reproduce-all --paper {0}` makes from the files in \
-         `experiments/{0}`; its README lists each choice that the text left to us. Times are not here: they are of other machines.\n\n",
+    out.extend(blocks(
+        "Thank you for a paper that can be rebuilt from its text. We have done so: every experiment, with the equations and \
+         parameters as they are printed, and set what came out beside what you print. This page is the part that did not \
+         come out, or that we could not decide, with the evidence and a command for each. A verdict is about one number or one \
+         sentence under one reading of it, not about the work; where we have misread you, we would like to be told, and \
+         below each group stands what would change it.\n\n\
+         In all:",
+    ));
+    let tallies = judged::tallies(held.comparisons.iter());
+    let tally = |t: &judged::Tally| line![t.sentence(|part| format!("{} {}", part.n, part.what))];
+    out.push(Block::list(tallies.iter().map(tally)));
+    out.extend(blocks(&format!(
+        "The commands read a lake that `zonobench reproduce-all --paper {0}` makes from the files in \
+         `experiments/{0}`; its README lists each choice that the text left to us. Times are not here: they are of other machines.",
         held.name
-    );
+    )));
     let written = || held.comparisons.iter().filter(|c| c.is_as_written());
     for (verdict, title) in SECTIONS {
         let cells: Vec<&Judged> = written().filter(|c| c.verdict == verdict).collect();
         if !cells.is_empty() {
-            out += &section(held, verdict, title, &cells);
+            out.extend(section(held, verdict, title, &cells));
         }
     }
     if written().all(|c| c.verdict.is_success()) {
-        out += "Every number and every claim came out. There is nothing to ask.\n";
+        let all = "Every number and every claim came out. There is nothing to ask.";
+        out.push(Block::Para(line![all]));
     }
-    out.trim_end().to_owned() + "\n"
+    markdown::text(&title, &out)
 }
 
-fn section(held: &Held, verdict: Verdict, title: &str, cells: &[&Judged]) -> String {
-    let mut out = format!("## {title}\n\n");
-    out += &format!("`{verdict}`: {}.\n\n", verdict.meaning());
+fn section(held: &Held, verdict: Verdict, title: &str, cells: &[&Judged]) -> Vec<Block> {
     // Cells that share table, reason and command are one item.
     let mut items: Vec<(&Judged, Vec<&Judged>)> = Vec::new();
     for c in cells {
@@ -115,26 +115,34 @@ fn section(held: &Held, verdict: Verdict, title: &str, cells: &[&Judged]) -> Str
             None => items.push((c, vec![c])),
         }
     }
-    for (first, all) in &items {
-        let places: Vec<String> = all.iter().map(|c| place(c)).collect();
-        out += &format!("- **{}**, {}\n", escaped(&first.table), places.join("; "));
-        out += &format!(
-            "  - Evidence: {}\n",
-            escaped(first.reason.trim_end_matches('.'))
-        );
-        if let Some((asked, words)) = &first.asked {
-            out += &format!("  - Read as: {}", code(&asked.to_string()));
-            if !words.is_empty() {
-                out += &format!(", {}", escaped(words.trim_end_matches('.')));
-            }
-            out.push('\n');
-        }
-        out += &format!("  - Shown by: {}\n", code(&command(held, first)));
-        if let Some(answer) = answer_to(held, first) {
-            out += &format!("  - It would change if {answer}\n");
-        }
+    let items = items.iter().map(|(first, all)| item(held, first, all));
+    vec![
+        Block::heading(2, title),
+        Block::Para(line![
+            code(verdict.name()),
+            format!(": {}.", verdict.meaning())
+        ]),
+        Block::List(items.collect()),
+        Block::Para(prose(answer(verdict))),
+    ]
+}
+
+/// Cells that share table, reason and command.
+fn item(held: &Held, first: &Judged, all: &[&Judged]) -> Item {
+    let places = all.iter().map(|c| line![place(c)]);
+    let reason = first.reason.trim_end_matches('.');
+    let mut below: Vec<Line> = vec![line![format!("Evidence: {reason}")]];
+    if let Some((asked, words)) = &first.asked {
+        let words = words.trim_end_matches('.');
+        let words = (!words.is_empty()).then(|| format!(", {words}"));
+        below.push(line!["Read as: ", code(asked.to_string()), words]);
     }
-    out + &format!("\n{}\n\n", answer(verdict))
+    below.push(line!["Shown by: ", code(command(held, first))]);
+    below.extend(answer_to(held, first).map(|a| line!["It would change if ", prose(&a)]));
+    Item {
+        line: line![strong(&*first.table), ", ", joined(places, "; ")],
+        below: below.into_iter().map(Item::from).collect(),
+    }
 }
 
 /// What is printed, and ours.
@@ -143,16 +151,12 @@ fn place(c: &Judged) -> String {
         "" => String::new(),
         column => format!(", {}", label(column)),
     };
-    let mut out = format!(
-        "{}{column}: printed “{}”",
-        label(&c.row),
-        escaped(&c.published)
-    );
+    let mut out = format!("{}{column}: printed “{}”", label(&c.row), c.published);
     if let Some(ours) = c.reproduced {
         out += &format!(", ours {}", four_digits(ours));
     }
     if let Some((lo, hi)) = c.interval {
-        out += &format!(", expected in {}", escaped(&interval(lo, hi)));
+        out += &format!(", expected in {}", interval(lo, hi));
     }
     out
 }
@@ -175,7 +179,7 @@ fn answer_to(held: &Held, c: &Judged) -> Option<String> {
         let paper = held.paper.as_ref()?;
         let mut files: Vec<String> = (cell.comparand.experiments().iter())
             .filter_map(|id| paper.file(id))
-            .map(|file| code(&format!("experiments/{file}")))
+            .map(|file| format!("`experiments/{file}`"))
             .collect();
         files.dedup();
         (!files.is_empty()).then(|| files.join(", "))

@@ -1,55 +1,67 @@
 //! The counts of a paper's claims about cost, drawn: counted points, and the claimed growth beside them.
 
-use crate::markdown::{code, escaped, heading, table};
+use crate::document::{Block, Kind, Line, Picture, Shape, Table, badge, code, emphasis, line};
 use crate::svg::{Axis, Colour, Figure, Marker, Panel, Series};
 use std::collections::BTreeMap;
 use zonobench_lake::rows::Complexity;
-use zonobench_verdicts::verdict::Verdict;
 
 /// The file of the picture of one claim.
 fn file_name(claim: &str) -> String {
     format!("count-{claim}.svg")
 }
 
-/// The section of a page and its pictures (file name, SVG); nothing where nothing was counted.
-pub fn section(paper: &str, rows: &[Complexity]) -> (String, Vec<(String, String)>) {
+/// The section of a page with its pictures; nothing where nothing was counted.
+pub fn section(paper: &str, rows: &[Complexity]) -> Vec<Block> {
     if rows.is_empty() {
-        return (String::new(), Vec::new());
+        return Vec::new();
     }
-    let mut out = heading(2, "Counted operations", "Counted operations");
-    out += &format!(
-        "What the code did, counted by the kernels themselves, beside what the paper's formulas say. A factor does not \
-         refute an O(·), growth does: *holds* where the count grows as the formula in every sweep, *holds_as_bound* where \
-         nowhere faster. All points: {}\n\n",
-        code(&format!("zonobench count {paper}"))
-    );
     let mut statements = Vec::new();
     let mut pictures = Vec::new();
-    let mut sections = String::new();
     for (claim, sweeps) in by_claim(rows) {
-        let Some(statement) = rows
-            .iter()
-            .find(|r| &*r.claim == claim && r.sweep_variable.is_none())
-        else {
+        let verdict = |r: &&Complexity| &*r.claim == claim && r.sweep_variable.is_none();
+        let Some(statement) = rows.iter().find(verdict) else {
             continue;
         };
         statements.push(vec![
-            escaped(claim),
-            Verdict::parse(&statement.verdict)
-                .map_or_else(|_| escaped(&statement.verdict), Verdict::shown),
-            escaped(&statement.reason),
+            claim.into(),
+            badge(&statement.verdict).into(),
+            (&*statement.reason).into(),
         ]);
         // The engine's own counts share a picture with the reading under the paper's prices.
-        if let Some(svg) = picture(claim, &sweeps) {
-            let name = file_name(claim);
-            sections += &format!("![{}]({name})\n\n", escaped(claim));
-            pictures.push((name, svg));
-        }
+        pictures.extend(picture(claim, &sweeps).map(|svg| {
+            Block::Picture(Picture {
+                file: file_name(claim),
+                title: claim.to_owned(),
+                svg,
+                caption: Line::new(),
+            })
+        }));
     }
-    out += &table(&["Claim", "Verdict", "Counted"], &statements);
-    out.push('\n');
-    out += &sections;
-    (out, pictures)
+    let columns = [
+        ("Claim", Shape::Words),
+        ("Verdict", Shape::Words),
+        ("Counted", Shape::Why),
+    ];
+    let mut out = vec![
+        Block::heading(2, "Counted operations"),
+        Block::Para(line![
+            "What the code did, counted by the kernels themselves, beside what the paper's formulas say. A factor does not \
+             refute an O(·), growth does: ",
+            emphasis("holds"),
+            " where the count grows as the formula in every sweep, ",
+            emphasis("holds_as_bound"),
+            " where nowhere faster. All points: ",
+            code(format!("zonobench count {paper}"))
+        ]),
+        Block::Table(Table::new(
+            Kind::Sortable,
+            "Counted operations",
+            &columns,
+            statements,
+        )),
+    ];
+    out.extend(pictures);
+    out
 }
 
 /// The rows of each claim by what is swept, claims in their order.
@@ -164,12 +176,18 @@ mod tests {
             row(Some("n"), 1, 3.0),
             row(Some("n"), 2, 12.0),
         ];
-        let (text, pictures) = section("p", &rows);
-        assert!(text.contains("because") && text.contains("count-c.svg"));
-        assert_eq!(pictures.len(), 1);
-        assert!(pictures[0].1.contains("counted degree 2.00"));
-        let (text, pictures) = section("p", &rows[..1]);
-        assert!(text.contains("because") && pictures.is_empty());
-        assert!(section("p", &[]).0.is_empty());
+        let pictures = |rows: &[Complexity]| -> Vec<String> {
+            let blocks = section("p", rows).into_iter();
+            let svg = |block| match block {
+                Block::Picture(picture) => Some(picture.svg),
+                _ => None,
+            };
+            blocks.filter_map(svg).collect()
+        };
+        let drawn = pictures(&rows);
+        assert_eq!(drawn.len(), 1);
+        assert!(drawn[0].contains("counted degree 2.00"));
+        assert!(pictures(&rows[..1]).is_empty() && !section("p", &rows[..1]).is_empty());
+        assert!(section("p", &[]).is_empty());
     }
 }
