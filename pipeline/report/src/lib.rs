@@ -2,8 +2,8 @@
 //!
 //! A front page (`README.md`: the verdicts of all tables, the findings, the legend) and a page a paper
 //! with its tables and figures. What is particular to a paper, what it says and what its figures show,
-//! is a file of `about`; a new paper adds a file and a line there. An experiment of a user's own has a
-//! page with its scores.
+//! is in `about.md` and `figures.toml` of its folder in `experiments/`. An experiment of a user's own has a
+//! page with pictures and its scores.
 //!
 //! `source` reads the lake, `model` finds what there is to say, `pages` says it in a `document`, and `render` writes that
 //! as Markdown and as HTML: the same content twice.
@@ -12,7 +12,6 @@
 //! come from the recorded `timings.csv`, `step-times.csv` and `peers.csv` beside the pages alone, never from the lake; so do
 //! the counts of the long campaign, from `attack.csv`.
 
-mod about;
 mod bibliography;
 mod document;
 mod figures;
@@ -92,8 +91,8 @@ pub fn write(lake: &Path, out: &Path) -> Result<usize, Error> {
 /// What the lake holds of each paper, and its figures.
 fn drawn(source: &Source) -> Result<Vec<(Held, Vec<Figure>)>, Error> {
     let of = |held: Held| {
-        let figures = match about::find(&held.name) {
-            Some(about) => about.figures(source, held.paper.as_ref())?,
+        let figures = match figures::papers::figures(source, &held)? {
+            Some(figures) => figures,
             None => figures::of_own(source, &held.name, &held.experiments)?,
         };
         Ok((held, figures))

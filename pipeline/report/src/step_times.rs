@@ -92,7 +92,7 @@ impl<'a> StepTimes<'a> {
             )
         });
         format!(
-            "Times of single steps as `record-timings` recorded them on {}, how many steps took how \
+            "Times of single steps as `just record-timings` recorded them on {}, how many steps took how \
              long{period}. A time depends on the machine: it is compared with nothing.",
             self.processor()
         )

@@ -63,7 +63,7 @@ impl Reader {
             '`' => {
                 let fence: String = rest.chars().take_while(|c| *c == '`').collect();
                 if let Some((inside, _)) = rest[fence.len()..].split_once(fence.as_str()) {
-                    self.push(Inline::Code(inside.trim().to_owned()));
+                    self.push(Inline::Code(inside.trim().replace('\n', " ")));
                     return 2 * fence.len() + inside.len();
                 }
                 self.words.push('`');

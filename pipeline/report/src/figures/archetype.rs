@@ -1,40 +1,36 @@
 //! What the archetypes share: the window, the axis of steps, conditions of queries.
 
-use super::{Archetype, Drawing, Spec, bars, curves, sets, tube};
+use super::drawn::{self, Context, Drawn};
+use super::{Archetype, Spec, Subject, bars, curves, sets, tube};
 use crate::source::{FirstRun, Source, Trail};
 use crate::svg::{self, Axis};
 use std::collections::BTreeMap;
 use zonobench_lake::error::Error;
+use zonobench_verdicts::papers::Paper;
 
 /// Draws `spec` from the lake; None where the lake does not hold its experiment.
 pub fn drawn(
     source: &Source,
     paper: &str,
+    known: Option<&Paper>,
     spec: &Spec,
-) -> Result<Option<Result<Drawing, String>>, Error> {
-    let Some(run) = source.first_run(paper, &spec.experiment)? else {
-        return Ok(None);
+) -> Result<Drawn, Error> {
+    let of = Context {
+        source,
+        paper,
+        known,
+        spec,
     };
-    if let Some([_, end]) = spec.window
-        && run.last() < end
-    {
-        return Ok(Some(Err(format!(
-            "it shows steps to k = {end}, and this run ends at k = {}",
-            run.last()
-        ))));
+    match spec.kind {
+        Some(Archetype::Tube) => tube::draw(&of),
+        Some(Archetype::Curves) => curves::draw(&of),
+        Some(Archetype::SetsByStep) => sets::draw(&of),
+        Some(Archetype::Bars) => bars::draw(&of),
+        None => match drawn::find(&spec.drawing) {
+            Ok(draw) => draw(&of),
+            Err(why) => Ok(Some(Err(why))),
+        },
     }
-    Ok(Some(match spec.kind {
-        Archetype::Tube => tube::draw(paper, spec, &run),
-        Archetype::Curves => curves::draw(paper, spec, &run),
-        Archetype::SetsByStep => {
-            let sets = source.sets(paper, &spec.experiment)?;
-            sets::draw(paper, spec, &run, &sets)
-        }
-        Archetype::Bars => {
-            let scores = source.scores(paper, &spec.experiment)?;
-            bars::draw(paper, spec, &run, &scores)
-        }
-    }))
 }
 
 impl Spec {
@@ -44,10 +40,10 @@ impl Spec {
         run.states.iter().filter(|(name, _)| wanted(name)).collect()
     }
 
-    /// Whether a step is in the window.
+    /// Whether a step is drawn: in the window, and one of every so many.
     pub fn sees(&self, k: i32) -> bool {
-        self.window
-            .is_none_or(|[from, to]| (from..=to).contains(&k))
+        let inside = |[from, to]: [i32; 2]| (from..=to).contains(&k);
+        k % self.every.max(1) == 0 && self.window.is_none_or(inside)
     }
 
     /// What stands above the picture.
@@ -64,12 +60,10 @@ impl Spec {
         self.window.map(window).unwrap_or_default()
     }
 
-    /// The rows of the table `estimates`, or another with estimators and phases, that are drawn.
-    pub fn of_estimates(&self) -> String {
-        let of = self
-            .estimators
-            .iter()
-            .map(|s| format!("(estimator = '{}' AND phase = '{}')", s.estimator, s.phase));
+    /// The rows of the table `estimates`, or another with estimators and phases, that are drawn of these.
+    pub fn of_estimates<'a>(&self, subjects: impl Iterator<Item = &'a Subject>) -> String {
+        let of =
+            subjects.map(|s| format!("(estimator = '{}' AND phase = '{}')", s.estimator, s.phase));
         let whose = format!("({})", of.collect::<Vec<_>>().join(" OR "));
         match self.of_truth().as_str() {
             "" => whose,
@@ -92,24 +86,57 @@ impl Spec {
         trail.lower.iter().filter_map(ends).collect()
     }
 
-    /// The picture of these panels, so many in a row.
-    pub fn picture(&self, columns: usize, panels: Vec<svg::Panel>) -> String {
+    /// These panels, so many in a row, below the heading.
+    pub fn figure(&self, columns: usize, panels: Vec<svg::Panel>) -> svg::Figure {
         svg::Figure {
             title: self.heading().to_owned(),
             columns,
             panels,
             ..svg::Figure::default()
         }
-        .to_svg()
     }
 
-    /// The caption, and after it what was measured.
-    pub fn caption_with(&self, measured: &str) -> String {
-        format!("{} {measured}", self.caption).trim().to_owned()
+    /// The caption with what was measured in it.
+    pub fn told(&self, facts: &[(&str, String)]) -> String {
+        self.told_or("", facts)
+    }
+
+    /// The caption, or this one if there is none, with what was measured in it.
+    pub fn told_or(&self, otherwise: &str, facts: &[(&str, String)]) -> String {
+        let caption = match self.caption.as_str() {
+            "" => otherwise,
+            caption => caption,
+        };
+        let fill = |text: String, (name, value): &(&str, String)| {
+            text.replace(&format!("{{{name}}}"), value)
+        };
+        facts.iter().fold(caption.trim().to_owned(), fill)
+    }
+
+    /// Why the run does not reach the window's end, if so.
+    pub fn beyond(&self, run: &FirstRun) -> Option<String> {
+        let [_, end] = self.window?;
+        let last = run.last();
+        (last < end)
+            .then(|| format!("it shows steps to k = {end}, and this run ends at k = {last}"))
     }
 }
 
 /// The axis of steps.
 pub fn steps() -> Axis {
     Axis::new("step k", "")
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::figures::Spec;
+
+    #[test]
+    fn a_caption_says_what_was_measured() {
+        let text = "name = 'n'\ntitle = 't'\nexperiment = 'e'\ndrawing = 'd'\ncaption = 'x_{k|k-1}: {n} of {all}'";
+        let spec: Spec = toml::from_str(text).unwrap();
+        let facts = [("n", "3".to_owned()), ("all", "4".to_owned())];
+        assert_eq!(spec.told(&facts), "x_{k|k-1}: 3 of 4");
+        assert!(toml::from_str::<Spec>(&text.replace("title", "titel")).is_err());
+    }
 }

@@ -1,16 +1,26 @@
 //! Scores with the 95 % intervals of their means, a bar an estimator, a group a metric.
 
+use super::drawn::{Context, Drawn, no_run};
 use super::{Data, Drawing, Spec};
 use crate::source::FirstRun;
 use crate::svg::Colour;
 use crate::svg::scores::{Bar, Group, Scores};
 use zonobench_lake::digits::four_digits;
+use zonobench_lake::error::Error;
 use zonobench_lake::lake;
 use zonobench_lake::rows::Score;
 use zonobench_verdicts::compare::interval;
 
 /// Draws the scores.
-pub fn draw(paper: &str, spec: &Spec, run: &FirstRun, scores: &[Score]) -> Result<Drawing, String> {
+pub fn draw(of: &Context) -> Result<Drawn, Error> {
+    let Some(run) = of.run()? else {
+        return no_run();
+    };
+    Ok(Some(bars(of, &run, &of.scores()?)))
+}
+
+fn bars(of: &Context, run: &FirstRun, scores: &[Score]) -> Result<Drawing, String> {
+    let (paper, spec) = (of.paper, of.spec);
     let mut groups: Vec<Group> = Vec::new();
     for s in scores {
         let Some(bar) = bar(spec, s) else { continue };
@@ -39,9 +49,10 @@ pub fn draw(paper: &str, spec: &Spec, run: &FirstRun, scores: &[Score]) -> Resul
     };
     Ok(Drawing {
         svg: picture.to_svg(),
-        caption: spec.caption_with(
+        caption: spec.told_or(
             "Means over the runs; a line over the end of a bar is the 95 % interval of the mean. Every metric has its own scale, \
              from 0.",
+            &[],
         ),
         below: Vec::new(),
         data: Data {

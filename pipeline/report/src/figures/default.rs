@@ -21,12 +21,19 @@ pub fn of_experiment(source: &Source, paper: &str, id: &str) -> Result<Vec<Figur
         label: info.estimator.to_string(),
         phase: info.reported_phase.to_string(),
         colour: Colour::nth(i),
+        dashed: false,
+        experiment: None,
     });
     let whole = Spec {
         name: String::new(),
         title: String::new(),
         heading: String::new(),
-        kind: Archetype::Tube,
+        kind: None,
+        drawing: String::new(),
+        panel: String::new(),
+        unit: String::new(),
+        every: 1,
+        period: None,
         experiment: id.to_owned(),
         estimators: estimators.collect(),
         components: Vec::new(),
@@ -56,13 +63,13 @@ pub fn of_experiment(source: &Source, paper: &str, id: &str) -> Result<Vec<Figur
             name: format!("{id}-{name}"),
             title: title.to_owned(),
             heading: format!("{id}: {title}"),
-            kind,
+            kind: Some(kind),
             ..whole.clone()
         };
         // A state of one component has no plane, a point estimate no set: that is no failure.
-        if let Some(Ok(drawing)) = drawn(source, paper, &spec)? {
+        if let Some(Ok(drawing)) = drawn(source, paper, None, &spec)? {
             figures.push(Figure {
-                name: spec.name.into(),
+                name: spec.name,
                 title: spec.title,
                 experiment: Some(id.to_owned()),
                 drawing: Ok(drawing),

@@ -2,12 +2,14 @@
 //!
 //! A figure is named by a [`Spec`], which a paper's `figures.toml` writes down and an experiment of a user's own gets by
 //! itself. Most are one of the archetypes, which any experiment can be drawn with: `tube`, `curves`, `sets-by-step`,
-//! `bars`.
+//! `bars`. The rest is a function that is registered by its name.
 
 mod archetype;
 mod bars;
 mod curves;
 mod default;
+mod drawn;
+pub mod papers;
 mod sets;
 mod spec;
 mod tube;
@@ -17,14 +19,13 @@ pub use spec::{Archetype, Quantity, Spec, Subject};
 
 use crate::document::Block;
 use crate::source::{FirstRun, Source};
-use std::borrow::Cow;
 use zonobench_lake::error::Error;
 use zonobench_lake::lake;
 
 /// A figure, or why there is none.
 pub struct Figure {
     /// As the paper calls it
-    pub name: Cow<'static, str>,
+    pub name: String,
     /// What it shows
     pub title: String,
     /// The experiment of a user's own that it stands with
@@ -83,6 +84,14 @@ impl Data {
             files,
             sql: sql.collect(),
         }
+    }
+
+    /// This and what else was drawn.
+    pub fn joined(mut self, other: Self) -> Self {
+        self.experiment = format!("{} and {}", self.experiment, other.experiment);
+        self.files.extend(other.files);
+        self.sql.extend(other.sql);
+        self
     }
 }
 

@@ -1,13 +1,23 @@
 //! Sets in the plane of two components, a panel a step: outlines where the lake keeps them, else interval hulls.
 
-use super::{Data, Drawing, Spec};
+use super::drawn::{Context, Drawn, no_run};
+use super::{Drawing, Spec};
 use crate::source::{FirstRun, Trail};
 use crate::svg::{Axis, Colour, Marker, Panel, Series, rectangle};
 use std::collections::BTreeMap;
+use zonobench_lake::error::Error;
 use zonobench_lake::rows::Set;
 
 /// Draws run 0.
-pub fn draw(paper: &str, spec: &Spec, run: &FirstRun, sets: &[Set]) -> Result<Drawing, String> {
+pub fn draw(of: &Context) -> Result<Drawn, Error> {
+    let Some(run) = of.run()? else {
+        return no_run();
+    };
+    Ok(Some(planes(of, &run, &of.sets()?)))
+}
+
+fn planes(of: &Context, run: &FirstRun, sets: &[Set]) -> Result<Drawing, String> {
+    let spec = of.spec;
     let shown = spec.shown(run);
     let [first, second, ..] = shown.as_slice() else {
         return Err("a state of one component has no plane".to_owned());
@@ -29,26 +39,27 @@ pub fn draw(paper: &str, spec: &Spec, run: &FirstRun, sets: &[Set]) -> Result<Dr
         true => "interval hulls",
         false => "sets, and interval hulls where the lake keeps no outline",
     };
-    let (hulls, kept) = (spec.of_estimates(), spec.of_estimates());
+    let whose = spec.of_estimates(spec.estimators.iter());
     let mut queries = vec![
         ("k, component, value", "truth", ""),
         (
             "estimator, k, component, lower, upper",
             "estimates",
-            hulls.as_str(),
+            whose.as_str(),
         ),
     ];
     if !plane.outlines.is_empty() {
-        queries.push(("estimator, k, vertices", "sets", kept.as_str()));
+        queries.push(("estimator, k, vertices", "sets", whose.as_str()));
     }
+    let measured = format!(
+        "Drawn are {drawn} in the plane of {} and {}; a cross is the true state. Axes differ from panel to panel.",
+        first.0, second.0
+    );
     Ok(Drawing {
-        svg: spec.picture(panels.len().min(3), panels),
-        caption: spec.caption_with(&format!(
-            "Drawn are {drawn} in the plane of {} and {}; a cross is the true state. Axes differ from panel to panel.",
-            first.0, second.0
-        )),
+        svg: spec.figure(panels.len().min(3), panels).to_svg(),
+        caption: spec.told_or("{measured}", &[("measured", measured)]),
         below: Vec::new(),
-        data: Data::of(paper, &spec.experiment, run, &queries),
+        data: of.data(run, &queries),
     })
 }
 

@@ -14,18 +14,33 @@ pub struct Spec {
     /// What stands above the picture; the title where empty
     #[serde(default)]
     pub heading: String,
-    /// How it is drawn
-    pub kind: Archetype,
+    /// The archetype that it is drawn by
+    pub kind: Option<Archetype>,
+    /// The registered drawing, where no archetype covers it
+    #[serde(default)]
+    pub drawing: String,
     /// Of which experiment
     pub experiment: String,
     /// Whose estimates, the first at the bottom
+    #[serde(default)]
     pub estimators: Vec<Subject>,
+    /// What stands above the one panel
+    #[serde(default)]
+    pub panel: String,
     /// Of which components: a panel each; all where empty
     #[serde(default)]
     pub components: Vec<String>,
     /// What is drawn over the steps, for `curves`
     #[serde(default)]
     pub quantity: Quantity,
+    /// The unit of a radius, where the components have several
+    #[serde(default)]
+    pub unit: String,
+    /// Every how many steps a curve has a point
+    #[serde(default = "one")]
+    pub every: i32,
+    /// The time of a step in s; over steps where there is none
+    pub period: Option<f64>,
     /// At which steps, for `sets-by-step`
     #[serde(default)]
     pub steps: Vec<i32>,
@@ -34,9 +49,13 @@ pub struct Spec {
     /// Whether the axis upwards is logarithmic
     #[serde(default)]
     pub log: bool,
-    /// What is to be seen, in Markdown
+    /// What is to be seen, in Markdown, with `{names}` of what was measured; by the archetype where empty
     #[serde(default)]
     pub caption: String,
+}
+
+fn one() -> i32 {
+    1
 }
 
 /// How a figure is drawn.
@@ -78,4 +97,9 @@ pub struct Subject {
     pub phase: String,
     /// Its colour
     pub colour: Colour,
+    /// Whether its curve is dashed
+    #[serde(default)]
+    pub dashed: bool,
+    /// The experiment that it is from, where that is another one
+    pub experiment: Option<String>,
 }

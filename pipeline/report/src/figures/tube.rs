@@ -1,12 +1,25 @@
 //! The true state, estimates and their enclosures over the steps, a panel a component.
 
 use super::archetype::steps;
-use super::{Data, Drawing, Spec};
+use super::drawn::{Context, Drawn, no_run};
+use super::{Drawing, Spec};
 use crate::source::FirstRun;
 use crate::svg::{Axis, Colour, Panel, Series};
+use zonobench_lake::error::Error;
 
 /// Draws run 0.
-pub fn draw(paper: &str, spec: &Spec, run: &FirstRun) -> Result<Drawing, String> {
+pub fn draw(of: &Context) -> Result<Drawn, Error> {
+    let Some(run) = of.run()? else {
+        return no_run();
+    };
+    Ok(Some(match of.spec.beyond(&run) {
+        Some(why) => Err(why),
+        None => tubes(of, &run),
+    }))
+}
+
+fn tubes(of: &Context, run: &FirstRun) -> Result<Drawing, String> {
+    let spec = of.spec;
     let shown = spec.shown(run);
     if shown.is_empty() {
         return Err("the system has none of these components".to_owned());
@@ -43,19 +56,17 @@ pub fn draw(paper: &str, spec: &Spec, run: &FirstRun) -> Result<Drawing, String>
         ),
     };
     Ok(Drawing {
-        svg: spec.picture(columns, panels.collect()),
-        caption: spec.caption_with(&measured),
+        svg: spec.figure(columns, panels.collect()).to_svg(),
+        caption: spec.told_or("{measured}", &[("measured", measured)]),
         below: Vec::new(),
-        data: Data::of(
-            paper,
-            &spec.experiment,
+        data: of.data(
             run,
             &[
                 ("k, component, value", "truth", &spec.of_truth()),
                 (
                     "estimator, k, component, center, lower, upper",
                     "estimates",
-                    &spec.of_estimates(),
+                    &spec.of_estimates(spec.estimators.iter()),
                 ),
             ],
         ),

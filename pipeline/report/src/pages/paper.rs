@@ -3,13 +3,12 @@
 
 use super::{complexity, experiments, ledger, place, printed, smoke_run};
 use crate::Recordings;
-use crate::about;
 use crate::bibliography;
-use crate::document::prose::{blocks as parsed, prose};
+use crate::document::prose::prose;
 use crate::document::{
     Block, Inline, Line, Page, Picture, anchor, code, emphasis, joined, line, link_here, link_page,
 };
-use crate::figures::{Drawing, Figure};
+use crate::figures::{Drawing, Figure, papers};
 use crate::source::{Held, Source};
 use crate::step_times::{self, StepTimes};
 use zonobench_lake::error::Error;
@@ -21,7 +20,7 @@ pub fn page(
     figures: &[Figure],
     recorded: &Recordings,
 ) -> Result<Page, Error> {
-    let about = about::find(&held.name);
+    let about = papers::about(&held.name)?;
     let work = bibliography::reference(&held.name);
     let back = link_page("overview", "All results");
     let mut blocks = vec![Block::Para(match &work {
@@ -42,7 +41,7 @@ pub fn page(
     blocks.push(contents(held, figures));
     if let Some(about) = &about {
         blocks.push(Block::heading(2, "What the paper says"));
-        blocks.extend(parsed(about.says));
+        blocks.extend(about.says.clone());
     }
     if !held.comparisons.is_empty() {
         blocks.extend(printed::tables(held));
@@ -56,11 +55,7 @@ pub fn page(
     if !held.comparisons.is_empty() && !figures.is_empty() {
         blocks.push(Block::heading(2, "Figures"));
         blocks.extend(figures.iter().flat_map(|f| figure(f, 3)));
-        blocks.extend(
-            about
-                .map(|about| parsed(about.not_drawn))
-                .unwrap_or_default(),
-        );
+        blocks.extend(about.map(|about| about.not_drawn).unwrap_or_default());
     }
     blocks.extend(complexity::section(
         &held.name,
@@ -83,7 +78,7 @@ fn contents(held: &Held, figures: &[Figure]) -> Block {
         (!links.is_empty()).then(|| line![name, joined(links, " · ")])
     };
     let tables = held.tables().into_iter().map(here).collect();
-    let drawn = |f: &Figure| line![link_here(&drawing(f), &*f.name)];
+    let drawn = |f: &Figure| line![link_here(&drawing(f), &f.name)];
     let mut groups = Vec::new();
     groups.extend(group("Tables and claims: ", tables));
     if !held.claims.is_empty() {
@@ -115,7 +110,7 @@ fn file(figure: &Figure) -> String {
 
 /// The picture of a figure, what is to be seen, and where the data are; or why it is not drawn.
 pub fn figure(figure: &Figure, level: usize) -> Vec<Block> {
-    let title = line![&*figure.name, ": ", &figure.title];
+    let title = line![&figure.name, ": ", &figure.title];
     let mut out = vec![Block::Heading {
         level,
         anchor: drawing(figure),

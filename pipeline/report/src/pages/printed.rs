@@ -246,7 +246,7 @@ pub fn times(held: &Held, times: &[RecordedTime]) -> Vec<Block> {
         ("what the paper says of it", Shape::Why),
     ];
     let on = match processors.into_iter().collect::<Vec<_>>().as_slice() {
-        [] => prose(" (`zonobench record-timings` writes it)."),
+        [] => prose(" (`just record-timings` writes it)."),
         some => line![format!(", on {}.", some.join(", "))],
     };
     vec![

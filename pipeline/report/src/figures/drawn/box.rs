@@ -1,31 +1,14 @@
-//! box: Figs. 1 to 9 of [MeslemRamdani].
+//! Figs. 1 to 9 of [MeslemRamdani].
 
-use super::{About, Data, Drawing, Figure, at_steps};
-use crate::source::{FirstRun, Instant, Source, Trail};
+use super::{Context, Drawn, no_run};
+use crate::figures::{Data, Drawing, at_steps};
+use crate::source::{FirstRun, Instant, Trail};
 use crate::svg::{self, Axis, Colour, Marker, Panel, Series, ellipse, rectangle};
 use std::collections::BTreeMap;
-use zonobench_estimation::System;
-use zonobench_estimation::system::Variable;
-use zonobench_lab::experiment::Experiment;
+use zonobench_lab::illustrate;
 use zonobench_lake::digits::four_digits;
 use zonobench_lake::error::Error;
 use zonobench_sets::ellipsoid::chi_square_isf;
-use zonobench_verdicts::papers::Paper;
-
-pub const ABOUT: About = About {
-    folder: "box",
-    says: "Two ways to estimate the state of x_{k+1} = A x_k + B u_k + d_k, y_k = C x_k + D u_k + v_k are put beside \
-           each other on one system with two states and one measurement. The **Kalman filter** is told the mean and \
-           the covariance of x_0, d and v, and gives an estimate with a confidence ellipsoid. The interval estimator \
-           **Box-State-Est** is told a box for each of them, and gives a box that is claimed to hold the state \
-           (Proposition 1) and to be no wider than a bound (Eq. (17)); its estimate is the midpoint.\n\n\
-           Scenario A (Section IV-A) draws Gaussian noise that stays in its box, scenario B (Section IV-B) takes \
-           deterministic signals in the same boxes. The paper concludes that the two perform alike where the \
-           statistics are known, that the box is better where only bounds are, and that the Kalman filter is the \
-           less demanding one.",
-    not_drawn: "",
-    draw,
-};
 
 /// What the paper calls the Kalman estimate is the prediction x̂_{k|k−1}.
 const KALMAN: (&str, &str) = ("kalman", "predicted");
@@ -44,71 +27,37 @@ const COVARIANCES: (&str, &str, &str) = (
     "estimator = 'kalman' AND phase = 'predicted' AND k IN (0, 4, 9, 39, 79, 119)",
 );
 
-/// Figs. 1 and 2 explain what an estimator gives, at no step that they name: here at this one of this experiment, with
-/// the states of so many runs.
-const EXPLAINED: &str = "scenario-a";
+/// Figs. 1 and 2 explain what an estimator gives, at no step that they name: here at this one, with the states of so many
+/// runs.
 const EXPLAINED_AT: i32 = 39;
 const SAMPLES: i32 = 50;
 
 /// The instants of Figs. 5 and 9.
 const INSTANTS: [i32; 6] = [0, 4, 9, 39, 79, 119];
 
-fn draw(source: &Source, paper: Option<&Paper>) -> Result<Vec<Figure>, Error> {
-    let mut figures = Vec::new();
-    if let Some(run) = source.first_run("box", EXPLAINED)? {
-        let at = |of| source.instants("box", EXPLAINED, of, EXPLAINED_AT, SAMPLES);
-        figures.push(Figure {
-            experiment: None,
-            name: "Fig. 1".into(),
-            title: "The estimate of the Kalman filter, with possible states".to_owned(),
-            drawing: ellipse_with_states(&run, &at(KALMAN)?),
-        });
-        figures.push(Figure {
-            experiment: None,
-            name: "Fig. 2".into(),
-            title: "The estimate of Box-State-Est, with possible states".to_owned(),
-            drawing: box_with_states(&run, &at(BOX)?),
-        });
-    }
-    for (experiment, scenario, names) in [
-        ("scenario-a", "scenario A", ["Fig. 3", "Fig. 4", "Fig. 5"]),
-        ("scenario-b", "scenario B", ["Fig. 7", "Fig. 8", "Fig. 9"]),
-    ] {
-        let Some(run) = source.first_run("box", experiment)? else {
-            continue;
-        };
-        if experiment == "scenario-b" {
-            let system = paper.and_then(|p| p.experiments.iter().find(|e| e.id == experiment));
-            figures.push(signals(&run, experiment, system.map(|e| &**e)));
-        }
-        let data = |queries: &[_]| Data::of("box", experiment, &run, queries);
-        figures.push(Figure {
-            experiment: None,
-            name: names[0].into(),
-            title: format!("States and their estimates, {scenario}"),
-            drawing: Ok(states(&run, scenario, data(&[TRUTH, ESTIMATES]))),
-        });
-        figures.push(Figure {
-            experiment: None,
-            name: names[1].into(),
-            title: format!("Estimation errors, {scenario}"),
-            drawing: Ok(errors(&run, scenario, data(&[TRUTH, ESTIMATES]))),
-        });
-        figures.push(Figure {
-            experiment: None,
-            name: names[2].into(),
-            title: format!("Boxes and confidence ellipses, {scenario}"),
-            drawing: sets(&run, scenario, data(&[TRUTH, ESTIMATES, COVARIANCES])),
-        });
-    }
-    Ok(figures)
+/// Fig. 1: the errors of so many runs about the estimate of run 0.
+pub fn ellipse_with_states(of: &Context) -> Result<Drawn, Error> {
+    let Some(run) = of.run()? else {
+        return no_run();
+    };
+    let instants = of.instants(KALMAN, EXPLAINED_AT, SAMPLES)?;
+    Ok(Some(around_ellipse(of, &run, &instants)))
+}
+
+/// Fig. 2: the states of so many runs, each at its place in its own box.
+pub fn box_with_states(of: &Context) -> Result<Drawn, Error> {
+    let Some(run) = of.run()? else {
+        return no_run();
+    };
+    let instants = of.instants(BOX, EXPLAINED_AT, SAMPLES)?;
+    Ok(Some(around_box(of, &run, &instants)))
 }
 
 /// The picture of Figs. 1 and 2: a set, the estimate in it and possible states, in the paper's colours but for the
 /// magenta.
 fn explained(
+    of: &Context,
     run: &FirstRun,
-    title: &str,
     set: Vec<[f64; 2]>,
     set_label: &str,
     center: [f64; 2],
@@ -139,17 +88,12 @@ fn explained(
         ],
         ..Panel::default()
     };
-    svg::Figure {
-        title: title.to_owned(),
-        columns: 1,
-        panels: vec![panel],
-        ..svg::Figure::default()
-    }
+    of.spec.figure(1, vec![panel])
 }
 
 /// What the figure was drawn from: one step of the first runs.
-fn of_the_first_runs(run: &FirstRun, queries: &[(&str, &str, &str)]) -> Data {
-    let mut data = Data::of("box", EXPLAINED, run, queries);
+fn of_the_first_runs(of: &Context, run: &FirstRun, queries: &[(&str, &str, &str)]) -> Data {
+    let mut data = of.data(run, queries);
     for sql in &mut data.sql {
         *sql = sql.replace(" AND run = 0", &format!(" AND run < {SAMPLES}"));
     }
@@ -161,8 +105,8 @@ fn pair(x: &[f64]) -> Option<[f64; 2]> {
     x.try_into().ok()
 }
 
-/// Fig. 1: the errors of 50 runs about the estimate of run 0, whose covariance is that of every run.
-fn ellipse_with_states(run: &FirstRun, instants: &[Instant]) -> Result<Drawing, String> {
+/// The errors about the estimate of run 0, whose covariance is that of every run.
+fn around_ellipse(of: &Context, run: &FirstRun, instants: &[Instant]) -> Result<Drawing, String> {
     let nothing = || format!("the run does not reach k = {EXPLAINED_AT}");
     let level = 0.9;
     let first = instants.first().ok_or_else(nothing)?;
@@ -184,33 +128,29 @@ fn ellipse_with_states(run: &FirstRun, instants: &[Instant]) -> Result<Drawing, 
     let inside = errors
         .iter()
         .filter(|[a, b]| (p22 * a * a - (p12 + p21) * a * b + p11 * b * b) / determinant <= radius);
-    let caption = format!(
-        "In the paper: estimate a red cross, confidence ellipsoid of probability 0.9 magenta, some possible states blue \
-         stars, at a step that it does not name. Here the prediction x̂_{{k|k−1}} of the Kalman filter at k = {EXPLAINED_AT} \
-         of scenario A, and as possible states that estimate plus the errors of {} runs, whose covariance is the same: {} of \
-         them are in the ellipse.",
-        errors.len(),
-        inside.count()
-    );
+    let facts = [
+        ("runs", errors.len().to_string()),
+        ("inside", inside.count().to_string()),
+    ];
     let outline = ellipse(
         center,
         [[radius * p11, radius * p12], [radius * p21, radius * p22]],
     );
     let states = errors.iter().map(|e| [center[0] + e[0], center[1] + e[1]]);
-    let title = "Estimate and confidence ellipse of the Kalman filter";
     Ok(Drawing {
-        below: Vec::new(),
         svg: explained(
+            of,
             run,
-            title,
             outline,
             "confidence ellipse, p = 0.9",
             center,
             states.collect(),
         )
         .to_svg(),
-        caption,
+        caption: of.spec.told(&facts),
+        below: Vec::new(),
         data: of_the_first_runs(
+            of,
             run,
             &[
                 ("run, component, value", "truth", "k = 39"),
@@ -229,8 +169,8 @@ fn ellipse_with_states(run: &FirstRun, instants: &[Instant]) -> Result<Drawing, 
     })
 }
 
-/// Fig. 2: the states of 50 runs, each at its place in its own box.
-fn box_with_states(run: &FirstRun, instants: &[Instant]) -> Result<Drawing, String> {
+/// The states, each at its place in its own box.
+fn around_box(of: &Context, run: &FirstRun, instants: &[Instant]) -> Result<Drawing, String> {
     let nothing = || format!("the run does not reach k = {EXPLAINED_AT}");
     let first = instants.first().ok_or_else(nothing)?;
     let (center, low, high) = pair(&first.center)
@@ -250,32 +190,30 @@ fn box_with_states(run: &FirstRun, instants: &[Instant]) -> Result<Drawing, Stri
         .iter()
         .filter(|p| p.iter().all(|x| (0.0..=1.0).contains(x)))
         .count();
-    let caption = format!(
-        "In the paper: estimate a red cross, enclosure a magenta box, some possible states blue stars, at a step that it \
-         does not name. Here [x_k] and its midpoint at k = {EXPLAINED_AT} of scenario A, and as possible states those of {} \
-         runs, each at its place in its own box: {inside} of them are in it.",
-        places.len()
-    );
+    let facts = [
+        ("runs", places.len().to_string()),
+        ("inside", inside.to_string()),
+    ];
     let states = places.iter().map(|p| {
         [
             low[0] + p[0] * (high[0] - low[0]),
             low[1] + p[1] * (high[1] - low[1]),
         ]
     });
-    let title = "Estimate and enclosure of Box-State-Est";
     Ok(Drawing {
-        below: Vec::new(),
         svg: explained(
+            of,
             run,
-            title,
             rectangle(low, high),
             "box of Box-State-Est",
             center,
             states.collect(),
         )
         .to_svg(),
-        caption,
+        caption: of.spec.told(&facts),
+        below: Vec::new(),
         data: of_the_first_runs(
+            of,
             run,
             &[
                 ("run, component, value", "truth", "k = 39"),
@@ -301,7 +239,10 @@ fn steps() -> Axis {
 }
 
 /// Figs. 3 and 7.
-fn states(run: &FirstRun, scenario: &str, data: Data) -> Drawing {
+pub fn states(of: &Context) -> Result<Drawn, Error> {
+    let Some(run) = &of.run()? else {
+        return no_run();
+    };
     let panels = run.states.iter().map(|(name, unit)| {
         let kalman = run.trail(KALMAN.0, KALMAN.1, name);
         let estimate = run.trail(BOX.0, BOX.1, name);
@@ -344,12 +285,7 @@ fn states(run: &FirstRun, scenario: &str, data: Data) -> Drawing {
             ..Panel::default()
         }
     });
-    let figure = svg::Figure {
-        title: format!("States, Kalman prediction and box, {scenario}"),
-        columns: 1,
-        panels: panels.collect(),
-        ..svg::Figure::default()
-    };
+    let figure = of.spec.figure(1, panels.collect());
     let all = 0..=run.last();
     let inside = all
         .clone()
@@ -367,19 +303,17 @@ fn states(run: &FirstRun, scenario: &str, data: Data) -> Drawing {
             })
         })
         .collect();
-    let caption = format!(
-        "In the paper: states continuous blue, Kalman estimate dashed red, midpoint of the box dotted green, the box \
-         bold black; so here. The Kalman estimate is the prediction x̂_{{k|k−1}}. The state is in the box at {inside} of \
-         {} steps; steps at which the Kalman prediction is outside of the box: {}.",
-        run.last() + 1,
-        at_steps(&outside)
-    );
-    Drawing {
-        below: Vec::new(),
+    let facts = [
+        ("inside", inside.to_string()),
+        ("steps", (run.last() + 1).to_string()),
+        ("outside", at_steps(&outside)),
+    ];
+    Ok(Some(Ok(Drawing {
         svg: figure.to_svg(),
-        caption,
-        data,
-    }
+        caption: of.spec.told(&facts),
+        below: Vec::new(),
+        data: of.data(run, &[TRUTH, ESTIMATES]),
+    })))
 }
 
 /// x − x̂ by k.
@@ -399,7 +333,10 @@ fn rms(errors: &BTreeMap<i32, f64>) -> f64 {
 }
 
 /// Figs. 4 and 8.
-fn errors(run: &FirstRun, scenario: &str, data: Data) -> Drawing {
+pub fn errors(of: &Context) -> Result<Drawn, Error> {
+    let Some(run) = &of.run()? else {
+        return no_run();
+    };
     let panels = run.states.iter().map(|(name, unit)| Panel {
         x: steps(),
         y: Axis::new(&format!("error in {name}"), unit),
@@ -417,178 +354,184 @@ fn errors(run: &FirstRun, scenario: &str, data: Data) -> Drawing {
         ],
         ..Panel::default()
     });
-    let figure = svg::Figure {
-        title: format!("Estimation errors, {scenario}"),
-        columns: 1,
-        panels: panels.collect(),
-        ..svg::Figure::default()
-    };
+    let figure = of.spec.figure(1, panels.collect());
     let measured = run.states.iter().map(|(name, _)| {
         let [kalman, midpoint, filtered] =
             [KALMAN, BOX, FILTERED].map(|of| four_digits(rms(&error(run, of, name))));
         format!("{name}: {kalman} and {midpoint} ({filtered} for the filtered estimate)")
     });
-    let caption = format!(
-        "In the paper: Kalman continuous red, box dashed blue; so here. RMSE over k ≥ 1 of the Kalman prediction, which \
-         has not used y_k, and of the midpoint, which has: {}. The filtered estimate x̂_{{k|k}}, which has used y_k too, is \
-         not in the figure.",
-        measured.collect::<Vec<_>>().join("; ")
-    );
-    Drawing {
-        below: Vec::new(),
+    let facts = [("errors", measured.collect::<Vec<_>>().join("; "))];
+    Ok(Some(Ok(Drawing {
         svg: figure.to_svg(),
-        caption,
-        data,
-    }
+        caption: of.spec.told(&facts),
+        below: Vec::new(),
+        data: of.data(run, &[TRUTH, ESTIMATES]),
+    })))
 }
 
 /// Figs. 5 and 9.
-fn sets(run: &FirstRun, scenario: &str, data: Data) -> Result<Drawing, String> {
-    let [(first, first_unit), (second, second_unit)] = run.states.as_slice() else {
-        return Err("the ellipses are drawn for two states".to_owned());
+pub fn sets(of: &Context) -> Result<Drawn, Error> {
+    let Some(run) = of.run()? else {
+        return no_run();
     };
-    let levels = [0.99, 0.9];
-    let radii = levels
+    Ok(Some(sets_of(of, &run)))
+}
+
+fn sets_of(of: &Context, run: &FirstRun) -> Result<Drawing, String> {
+    if run.states.len() != 2 {
+        return Err("the ellipses are drawn for two states".to_owned());
+    }
+    let radii = [0.99, 0.9]
         .map(|p| chi_square_isf(1.0 - p, 2).expect("0 < 1 - p < 1 and two degrees of freedom"));
-    let mut within: [Vec<i32>; 2] = Default::default();
-    let mut panels = Vec::new();
-    for k in INSTANTS {
-        let corner = |end: fn(&Trail) -> &BTreeMap<i32, f64>, of: (&str, &str)| {
-            let at = |name: &str| end(run.trail(of.0, of.1, name)).get(&k).copied();
-            Some([at(first)?, at(second)?])
+    let sets: Vec<SetsAt> = INSTANTS
+        .iter()
+        .filter_map(|k| SetsAt::of(run, *k))
+        .collect();
+    if sets.is_empty() {
+        return Err("the run has none of the steps that the figure shows".to_owned());
+    }
+    let within = radii.map(|radius| {
+        let inside = sets.iter().filter(|at| at.is_ellipse_inside(radius));
+        at_steps(&inside.map(|at| at.k).collect::<Vec<_>>())
+    });
+    let [wide, narrow] = within;
+    let facts = [
+        ("shown", sets.len().to_string()),
+        ("wide", wide),
+        ("narrow", narrow),
+    ];
+    let panels = sets.iter().map(|at| at.panel(run, radii)).collect();
+    Ok(Drawing {
+        svg: of.spec.figure(3, panels).to_svg(),
+        caption: of.spec.told(&facts),
+        below: Vec::new(),
+        data: of.data(run, &[TRUTH, ESTIMATES, COVARIANCES]),
+    })
+}
+
+/// Box, estimate, covariance and state of one step.
+struct SetsAt {
+    k: i32,
+    low: [f64; 2],
+    high: [f64; 2],
+    center: [f64; 2],
+    covariance: [[f64; 2]; 2],
+    state: [f64; 2],
+}
+
+impl SetsAt {
+    fn of(run: &FirstRun, k: i32) -> Option<Self> {
+        let both =
+            |at: &dyn Fn(&str) -> Option<f64>| Some([at(&run.states[0].0)?, at(&run.states[1].0)?]);
+        let corner = |end: fn(&Trail) -> &BTreeMap<i32, f64>, by: (&str, &str)| {
+            both(&|name| end(run.trail(by.0, by.1, name)).get(&k).copied())
         };
-        let (Some(low), Some(high), Some(center), Some(&[p11, p12, p21, p22]), Some(x1), Some(x2)) = (
-            corner(|t| &t.lower, BOX),
-            corner(|t| &t.upper, BOX),
-            corner(|t| &t.center, KALMAN),
-            run.covariance(KALMAN.0, KALMAN.1, k),
-            run.state(first).get(&k),
-            run.state(second).get(&k),
-        ) else {
-            continue;
+        let &[p11, p12, p21, p22] = run.covariance(KALMAN.0, KALMAN.1, k)? else {
+            return None;
         };
-        let outline = |radius: f64| {
-            ellipse(
-                center,
-                [[radius * p11, radius * p12], [radius * p21, radius * p22]],
-            )
-        };
-        for (radius, within) in radii.iter().zip(&mut within) {
-            let reach = [(radius * p11).sqrt(), (radius * p22).sqrt()];
-            if (0..2).all(|i| low[i] <= center[i] - reach[i] && center[i] + reach[i] <= high[i]) {
-                within.push(k);
-            }
-        }
+        Some(Self {
+            k,
+            low: corner(|t| &t.lower, BOX)?,
+            high: corner(|t| &t.upper, BOX)?,
+            center: corner(|t| &t.center, KALMAN)?,
+            covariance: [[p11, p12], [p21, p22]],
+            state: both(&|name| run.state(name).get(&k).copied())?,
+        })
+    }
+
+    /// Whether the level set of this radius is in the box.
+    fn is_ellipse_inside(&self, radius: f64) -> bool {
+        (0..2).all(|i| {
+            let reach = (radius * self.covariance[i][i]).sqrt();
+            self.low[i] <= self.center[i] - reach && self.center[i] + reach <= self.high[i]
+        })
+    }
+
+    fn panel(&self, run: &FirstRun, radii: [f64; 2]) -> Panel {
+        let [wide, mut narrow] = radii.map(|radius| {
+            let scaled = self.covariance.map(|row| row.map(|p| radius * p));
+            ellipse(self.center, scaled)
+        });
+        narrow.extend(narrow.first().copied());
         // A dot in a ring is seen on an edge too.
         let state = |marker| Series::Points {
             label: "state".to_owned(),
             colour: Colour::Black,
             marker,
-            points: vec![[*x1, *x2]],
+            points: vec![self.state],
         };
-        let mut dashed = outline(radii[1]);
-        dashed.extend(dashed.first().copied());
-        panels.push(Panel {
-            title: format!("k = {k}"),
-            x: Axis::new(first, first_unit),
-            y: Axis::new(second, second_unit),
+        let axis = |i: usize| {
+            let (name, unit) = &run.states[i];
+            Axis::new(name, unit)
+        };
+        Panel {
+            title: format!("k = {}", self.k),
+            x: axis(0),
+            y: axis(1),
             series: vec![
                 Series::Polygon {
                     label: "box of Box-State-Est".to_owned(),
                     colour: Colour::Blue,
                     filled: true,
-                    vertices: rectangle(low, high),
+                    vertices: rectangle(self.low, self.high),
                 },
                 Series::Polygon {
                     label: "Kalman ellipse, p = 0.99".to_owned(),
                     colour: Colour::Vermilion,
                     filled: false,
-                    vertices: outline(radii[0]),
+                    vertices: wide,
                 },
                 Series::Dashes {
                     label: "p = 0.9".to_owned(),
                     colour: Colour::Vermilion,
-                    points: dashed,
+                    points: narrow,
                 },
                 state(Marker::Ring),
                 state(Marker::Dot),
             ],
             equal: false,
-        });
+        }
     }
-    let shown = panels.len();
-    if shown == 0 {
-        return Err("the run has none of the steps that the figure shows".to_owned());
-    }
-    let figure = svg::Figure {
-        title: format!("Box and Kalman confidence ellipse at six instants, {scenario}"),
-        columns: 3,
-        panels,
-        ..svg::Figure::default()
-    };
-    let caption = format!(
-        "Ellipses of the Kalman prediction (x̂_{{k|k−1}}, G_{{k|k−1}}): the caption of the paper has p = 0.99, the text of \
-         Section IV-A 0.9, so both are drawn. Axes differ from panel to panel. Of the {shown} ellipses inside their box: with \
-         p = 0.99 {}; with p = 0.9 {}.",
-        at_steps(&within[0]),
-        at_steps(&within[1])
-    );
-    Ok(Drawing {
-        below: Vec::new(),
-        svg: figure.to_svg(),
-        caption,
-        data,
-    })
 }
 
 /// Fig. 6: d_k = x_{k+1} − f(x_k, 0) and v_k = y_k − h(x_k, 0), from what the lake holds of x and y.
-fn signals(run: &FirstRun, experiment: &str, published: Option<&Experiment>) -> Figure {
-    let figure = |drawing| Figure {
-        experiment: None,
-        name: "Fig. 6".into(),
-        title: "Disturbances and measurement noise, scenario B".to_owned(),
-        drawing,
+pub fn signals(of: &Context) -> Result<Drawn, Error> {
+    let Some(run) = &of.run()? else {
+        return no_run();
     };
-    let Some(published) = published else {
-        return figure(Err(
-            "the experiment is not one that comes with this program".to_owned(),
-        ));
+    let Some(published) = of.published() else {
+        let why = "the experiment is not one that comes with this program";
+        return Ok(Some(Err(why.to_owned())));
     };
-    let system = &published.problem.system;
-    let variables = system.variables();
-    let [n, n_w, n_v] = [&variables.x, &variables.w, &variables.v].map(Vec::len);
-    let at = |values: &BTreeMap<String, BTreeMap<i32, f64>>, names: &[Variable], k: i32| {
-        names
-            .iter()
-            .map(|v| values.get(&v.name)?.get(&k).copied())
-            .collect::<Option<Vec<f64>>>()
+    let (states, outputs) = (
+        illustrate::states(published),
+        illustrate::outputs(published),
+    );
+    let at = |values: &BTreeMap<String, BTreeMap<i32, f64>>, names: &[String], k: i32| {
+        let value = |name: &String| values.get(name)?.get(&k).copied();
+        names.iter().map(value).collect::<Option<Vec<f64>>>()
     };
-    let mut d = vec![Vec::new(); n];
+    let mut d = vec![Vec::new(); states.len()];
     let mut v = Vec::new();
     for k in 0..=run.last() {
-        let Some(x) = at(&run.truth, &variables.x, k) else {
+        let Some(x) = at(&run.truth, &states, k) else {
             continue;
         };
         let step = f64::from(k);
-        let mut next = vec![0.0; n];
-        system.f(k as usize, &x, &[], &vec![0.0; n_w], &mut next);
-        if let Some(after) = at(&run.truth, &variables.x, k + 1) {
+        let next = illustrate::next(published, k as usize, &x);
+        if let Some(after) = at(&run.truth, &states, k + 1) {
             for (signal, (after, next)) in d.iter_mut().zip(after.iter().zip(&next)) {
                 signal.push([step, after - next]);
             }
         }
-        let mut y = vec![0.0; variables.y.len()];
-        system.h(k as usize, &x, &[], &vec![0.0; n_v], &mut y);
-        if let Some(measured) = at(&run.measured, &variables.y, k) {
+        let y = illustrate::output(published, k as usize, &x);
+        if let Some(measured) = at(&run.measured, &outputs, k) {
             v.extend(measured.first().zip(y.first()).map(|(m, y)| [step, m - y]));
         }
     }
-    let names = d
-        .iter()
-        .enumerate()
-        .map(|(i, _)| format!("d{}", i + 1))
-        .chain(["v".to_owned()]);
+    let names = (1..=d.len()).map(|i| format!("d{i}"));
     let panels = names
+        .chain(["v".to_owned()])
         .zip(d.iter().chain([&v]))
         .enumerate()
         .map(|(i, (name, points))| Panel {
@@ -605,21 +548,11 @@ fn signals(run: &FirstRun, experiment: &str, published: Option<&Experiment>) -> 
             }],
             ..Panel::default()
         });
-    let drawn = svg::Figure {
-        title: "State disturbances d and measurement noise v, scenario B".to_owned(),
-        columns: 3,
-        panels: panels.collect(),
-        ..svg::Figure::default()
-    };
     let measurements = ("k, component, value", "measurements", "");
-    figure(Ok(Drawing {
-below: Vec::new(),
-        svg: drawn.to_svg(),
-        caption: "The paper's signals are in its Fig. 6 alone, which the text at hand has not. These are chosen so that the \
-                  Kalman estimate leaves the box at the steps that the paper names: d1 a saw, d2 and v a square, all of \
-                  period 40. Computed from what was \
-                  simulated: d_k = x_{k+1} − A x_k, v_k = y_k − C x_k."
-            .to_owned(),
-        data: Data::of("box", experiment, run, &[TRUTH, measurements]),
-    }))
+    Ok(Some(Ok(Drawing {
+        svg: of.spec.figure(3, panels.collect()).to_svg(),
+        caption: of.spec.told(&[]),
+        below: Vec::new(),
+        data: of.data(run, &[TRUTH, measurements]),
+    })))
 }
