@@ -481,7 +481,7 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
         let name = &paper.name;
         progress.stage(name, "claims, counts and comparison");
         let compared = pool.install(|| engine::compare(&store, paper, &finished, scale))?;
-        files.extend(engine::paper_publications(paper, &compared)?);
+        files.extend(engine::paper_publications(&compared)?);
         progress.stage(name, "attacks");
         files.extend(pool.install(|| engine::attack(&store, name, size, &progress))?);
     }
@@ -766,15 +766,15 @@ fn plan(
     if dot {
         out += "digraph zonobench {\n  rankdir = LR;\n";
     }
-    let of_experiments = experiments
+    let of_experiments = experiments.iter().map(|e| (engine::plan(&store, e), Ok(e)));
+    let of_papers = papers
         .iter()
-        .map(|e| (Some(e), engine::plan(&store, e)));
-    let of_papers = papers.iter().map(|p| (None, engine::plan_paper(&store, p)));
-    for (experiment, planned) in of_experiments.chain(of_papers) {
+        .map(|p| (engine::plan_paper(&store, p), Err(p)));
+    for (planned, of) in of_experiments.chain(of_papers) {
         if dot {
-            out += &match experiment {
-                Some(experiment) => engine::dot(experiment, &planned),
-                None => engine::dot_paper(&planned),
+            out += &match of {
+                Ok(experiment) => engine::dot(experiment, &planned),
+                Err(paper) => engine::dot_paper(paper, &planned),
             };
             continue;
         }

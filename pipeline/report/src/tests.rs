@@ -464,7 +464,7 @@ fn a_smoke_run_says_so_and_a_paper_that_is_not_there_is_named() {
         pages["README.md"]
             .contains("Not in this lake, `zonobench reproduce-all` makes them:\n\n- box:")
     );
-    assert!(pages["ezgkf/README.md"].contains("Not drawn: it shows k = 120 to 180"));
+    assert!(pages["ezgkf/README.md"].contains("Not drawn: it shows steps to k = 180"));
     assert!(!pages.contains_key("box/README.md") && !pages.contains_key("ezgkf/fig-1.svg"));
     assert!(!pages["README.md"].contains("## Findings"));
 }
@@ -644,7 +644,7 @@ fn an_html_page_of_other_lakes_says_what_it_has() {
     let page = html_of(&own(OWN));
     assert!(page.contains("<th scope=\"row\">bx</th><td>rmse</td><td>x1</td>"));
     let page = html_of(&published(&["ezgkf"], Scale::Quick, false));
-    assert!(page.contains("A smoke run") && page.contains("Not drawn: it shows k = 120 to 180"));
+    assert!(page.contains("A smoke run") && page.contains("Not drawn: it shows steps to k = 180"));
 }
 
 #[test]
