@@ -109,7 +109,7 @@ fn laid_out(held: &Held, name: &str, grid: &model::Grid) -> Table {
         [Cell::from(first)].into_iter().chain(cells).collect()
     };
     let labels: Vec<String> = grid.columns.iter().map(|c| label(c)).collect();
-    let mut columns = vec![("", Shape::Words)];
+    let mut columns = vec![("row", Shape::Words)];
     columns.extend(labels.iter().map(|c| (c.as_str(), Shape::Number)));
     Table::new(
         Kind::Grid,

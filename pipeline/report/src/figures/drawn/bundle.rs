@@ -216,7 +216,7 @@ fn mean_sizes(scores: &[Score]) -> Table {
         ]
     });
     let columns = [
-        ("", Shape::Number),
+        ("place", Shape::Number),
         ("method", Shape::Words),
         ("area", Shape::Number),
         ("radius", Shape::Number),
