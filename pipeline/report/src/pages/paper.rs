@@ -110,7 +110,11 @@ fn file(figure: &Figure) -> String {
 
 /// The picture of a figure, what is to be seen, and where the data are; or why it is not drawn.
 pub fn figure(figure: &Figure, level: usize) -> Vec<Block> {
-    let title = line![&figure.name, ": ", &figure.title];
+    let title = match figure.experiment {
+        // It stands below the name of its experiment.
+        Some(_) => line![&figure.title],
+        None => line![&figure.name, ": ", &figure.title],
+    };
     let mut out = vec![Block::Heading {
         level,
         anchor: drawing(figure),
