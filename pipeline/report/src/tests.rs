@@ -45,7 +45,7 @@ fn published(wanted: &[&str], scale: Scale, figures: bool) -> TempDir {
             files.extend(engine::publications(f).unwrap());
         }
         let compared = engine::compare(&store, &paper, &finished, scale).unwrap();
-        files.extend(engine::paper_publications(&paper, &compared).unwrap());
+        files.extend(engine::paper_publications(&compared).unwrap());
     }
     lake::publish(folder.path(), files, |_, _| true).unwrap();
     folder
