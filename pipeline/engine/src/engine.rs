@@ -8,7 +8,11 @@ use crate::progress::Progress;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
+use zonobench_attack::Own;
+use zonobench_estimation::simulate::simulate as simulated;
+use zonobench_estimation::{AnyEstimator, Estimator as _};
 use zonobench_evidence::{attack, count};
+use zonobench_lab::experiment::EstimatorSpec;
 use zonobench_lab::stage::Experiment;
 use zonobench_lab::stage::ending::{self, Ending};
 use zonobench_lake::error::Error;
@@ -158,6 +162,58 @@ pub fn attack(
     Ok(files)
 }
 
+/// The guaranteed estimators of an experiment, to be attacked on its problem under its inputs.
+pub fn owns(experiment: &Experiment) -> Result<Vec<Own>, Error> {
+    let e = experiment;
+    let driven = simulated(&e.problem.system, &e.truth, &e.inputs, e.seed, 0, e.steps);
+    let inputs = driven
+        .map_err(|source| Error::Simulation {
+            experiment: e.name(),
+            run: 0,
+            source: Box::new(source),
+        })?
+        .u;
+    let own = |spec: &EstimatorSpec| {
+        let made = AnyEstimator::new(&spec.settings, &spec.problem);
+        let is_guaranteed = made.is_ok_and(|estimator| estimator.guaranteed());
+        is_guaranteed.then(|| Own {
+            system: e.name(),
+            estimator: spec.id.clone(),
+            settings: spec.settings.clone(),
+            problem: spec.problem.clone(),
+            inputs: inputs.clone(),
+        })
+    };
+    Ok(e.estimators.iter().filter_map(own).collect())
+}
+
+/// How many units [`attack_own`] runs.
+pub fn own_units(experiment: &Experiment, size: attack::Size) -> Result<u64, Error> {
+    Ok(attack::own_units(&owns(experiment)?, size))
+}
+
+/// Attacks (or finds attacked) the guaranteed estimators of an experiment on its own problem.
+pub fn attack_own(
+    store: &Store,
+    experiment: &Experiment,
+    size: attack::Size,
+    progress: &Progress,
+) -> Result<Publication<'static>, Error> {
+    let owns = owns(experiment)?;
+    let node = Node::AttackOwn(experiment, &owns, size);
+    let (artifact, _) = one(store, &node, &Done::default(), &Work::told(progress))?;
+    let mut files = crate::publish::of_node(&node, &artifact)?;
+    Ok(files.pop().expect("an attack is one table"))
+}
+
+/// Whether [`attack_own`] would run.
+pub fn plan_own(store: &Store, experiment: &Experiment) -> Result<Planned, Error> {
+    let owns = owns(experiment)?;
+    let node = Node::AttackOwn(experiment, &owns, attack::Size::Times(1));
+    let mut planned = look(store, &[node], &mut Done::default());
+    Ok(planned.pop().expect("a node is one line"))
+}
+
 /// One line of a plan.
 pub struct Planned {
     /// What.
@@ -215,6 +271,13 @@ pub fn dot_paper(paper: &Paper, planned: &[Planned]) -> String {
     drawn("  ", planned, |stage, target| {
         format!("{stage} of {}", target.paper)
     }) + &edges("  ", &beside_experiments(paper))
+}
+
+/// Attacks on an experiment's own problem, as nodes of a Graphviz graph.
+pub fn dot_own(planned: &[Planned]) -> String {
+    drawn("  ", planned, |stage, target| {
+        format!("{stage} of {}/{}", target.paper, target.experiment)
+    })
 }
 
 /// The stages of an experiment as a cluster of a Graphviz graph; what would run is drawn bold.

@@ -8,6 +8,7 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
+use zonobench_attack::Own;
 use zonobench_evidence::{attack, claims, count};
 use zonobench_lab::stage::estimate::Job;
 use zonobench_lab::stage::{Experiment, Recordings, estimate, reduce, simulate, trace};
@@ -38,6 +39,8 @@ pub enum Node<'a> {
     Compare(&'a Paper, compare::Scale),
     /// The attacks on what it calls guaranteed, on one family of problems.
     Attack(&'a str, &'static str, attack::Size),
+    /// The attacks on the guaranteed estimators of an experiment, on its own problem.
+    AttackOwn(&'a Experiment, &'a [Own], attack::Size),
 }
 
 /// The results of an experiment, each after what it needs.
@@ -131,7 +134,8 @@ impl<'a> Node<'a> {
     /// The results that it is made from.
     pub fn needs(&self) -> Vec<Node<'a>> {
         match *self {
-            Node::Simulate(_) | Node::Claims(_) | Node::Count(_) | Node::Attack(..) => Vec::new(),
+            Node::Simulate(_) | Node::Claims(_) | Node::Count(_) => Vec::new(),
+            Node::Attack(..) | Node::AttackOwn(..) => Vec::new(),
             Node::Estimate(e, _) => vec![Node::Simulate(e)],
             Node::Trace(e, i) => vec![Node::Simulate(e), Node::Estimate(e, i)],
             Node::Reduce(e) => {
@@ -161,14 +165,16 @@ impl<'a> Node<'a> {
             Node::Claims(_) => "claims",
             Node::Count(_) => "count",
             Node::Compare(..) => "compare",
-            Node::Attack(..) => "attack",
+            Node::Attack(..) | Node::AttackOwn(..) => "attack",
         }
     }
 
     /// What it is of.
     pub fn target(&self) -> Target {
         let (paper, experiment, estimator) = match *self {
-            Node::Simulate(e) | Node::Reduce(e) | Node::Score(e) => (&*e.paper, &*e.id, None),
+            Node::Simulate(e) | Node::Reduce(e) | Node::Score(e) | Node::AttackOwn(e, ..) => {
+                (&*e.paper, &*e.id, None)
+            }
             Node::Estimate(e, i) | Node::Trace(e, i) => {
                 (&*e.paper, &*e.id, Some(e.estimators[i].id.clone()))
             }
@@ -191,7 +197,9 @@ impl<'a> Node<'a> {
                 zonobench_lab::stage::CRATE
             }
             Node::Score(_) | Node::Compare(..) => zonobench_verdicts::CRATE,
-            Node::Claims(_) | Node::Count(_) | Node::Attack(..) => zonobench_evidence::CRATE,
+            Node::Claims(_) | Node::Count(_) | Node::Attack(..) | Node::AttackOwn(..) => {
+                zonobench_evidence::CRATE
+            }
         })
     }
 
@@ -224,6 +232,7 @@ impl<'a> Node<'a> {
                 compare::input(paper, &metrics, claims, counts.flatten(), scale)
             }
             Node::Attack(paper, system, size) => attack::input(paper, system, size),
+            Node::AttackOwn(_, owns, size) => attack::own_input(owns, size),
         })
     }
 
@@ -273,6 +282,7 @@ impl<'a> Node<'a> {
                 compare::make(paper, &metrics, ledgers, scale, dir)
             }
             Node::Attack(paper, system, size) => attack::make(paper, system, size, dir, &advance),
+            Node::AttackOwn(_, owns, size) => attack::make_own(owns, size, dir, &advance),
         }
     }
 
@@ -287,6 +297,10 @@ impl<'a> Node<'a> {
             Node::Attack(paper, system, size) => {
                 let units = attack::units(paper, system, size);
                 Some((format!("{paper}/{system}"), "attack".to_owned(), units))
+            }
+            Node::AttackOwn(e, owns, size) => {
+                let units = attack::own_units(owns, size);
+                Some((e.name(), "attack".to_owned(), units))
             }
             _ => None,
         }
@@ -311,7 +325,7 @@ impl<'a> Node<'a> {
                 ("published", "published.parquet"),
                 ("comparison", "comparison.parquet"),
             ],
-            Node::Attack(..) => &[("attack", attack::FILE)],
+            Node::Attack(..) | Node::AttackOwn(..) => &[("attack", attack::FILE)],
         }
     }
 }

@@ -85,9 +85,11 @@ fn path(node: &Node, table: &str) -> String {
         Node::Claims(paper) | Node::Count(paper) => paper_table_path(table, paper),
         Node::Compare(paper, _) => paper_table_path(table, &paper.name),
         Node::Attack(paper, system, _) => table_path(table, paper, system),
-        Node::Simulate(e) | Node::Estimate(e, _) | Node::Reduce(e) | Node::Score(e) => {
-            table_path(table, &e.paper, &e.id)
-        }
+        Node::Simulate(e)
+        | Node::Estimate(e, _)
+        | Node::Reduce(e)
+        | Node::Score(e)
+        | Node::AttackOwn(e, ..) => table_path(table, &e.paper, &e.id),
     }
 }
 

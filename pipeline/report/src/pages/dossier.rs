@@ -116,15 +116,22 @@ fn section(held: &Held, verdict: Verdict, title: &str, cells: &[&Judged]) -> Vec
         }
     }
     let items = items.iter().map(|(first, all)| item(held, first, all));
-    vec![
+    let mut out = vec![
         Block::heading(2, title),
         Block::Para(line![
             code(verdict.name()),
             format!(": {}.", verdict.meaning())
         ]),
-        Block::List(items.collect()),
-        Block::Para(prose(answer(verdict))),
-    ]
+    ];
+    if cells.iter().any(|c| c.reason.contains("repaired: ")) {
+        out.push(Block::Para(line![
+            "“repaired: 0 of 300 lost”, for example, says that the statement with the correction that is named before it was \
+             tried 300 times, and failed in none."
+        ]));
+    }
+    out.push(Block::List(items.collect()));
+    out.push(Block::Para(prose(answer(verdict))));
+    out
 }
 
 /// Cells that share table, reason and command.

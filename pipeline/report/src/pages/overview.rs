@@ -223,10 +223,8 @@ fn own_experiments(own: &[&Held]) -> Vec<Block> {
         ]
     };
     vec![
-        Block::heading(2, "Experiments"),
-        Block::Para(line![
-            "Experiments that are compared with no printed number; their pictures and scores are on their page."
-        ]),
+        Block::heading(2, "Experiments compared with no printed number"),
+        Block::Para(line!["Their pictures and scores are on their page."]),
         Block::list(own.iter().map(paper)),
     ]
 }
