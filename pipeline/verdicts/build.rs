@@ -26,7 +26,7 @@ fn walk(path: &Path, out: &mut Vec<PathBuf>) {
     }
 }
 
-/// `EXPERIMENT_FILES`: (path below `experiments/`, text) of every TOML and CSV file.
+/// `EXPERIMENT_FILES`: (path below `experiments/`, text) of every TOML and CSV file but the pages' `figures.toml`.
 fn embed_experiments(folder: &Path) {
     let mut files = Vec::new();
     walk(folder, &mut files);
@@ -34,6 +34,7 @@ fn embed_experiments(folder: &Path) {
     for file in files
         .iter()
         .filter(|f| f.extension().is_some_and(|e| e == "toml" || e == "csv"))
+        .filter(|f| f.file_name().is_some_and(|name| name != "figures.toml"))
     {
         let name = file
             .strip_prefix(folder)

@@ -655,7 +655,7 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
         let name = &paper.name;
         progress.stage(name, "claims, counts and comparison");
         let compared = pool.install(|| engine::compare(&store, paper, &finished, scale))?;
-        files.extend(engine::paper_publications(paper, &compared)?);
+        files.extend(engine::paper_publications(&compared)?);
         progress.stage(name, "attacks");
         files.extend(pool.install(|| engine::attack(&store, name, size, &progress))?);
     }
@@ -1004,6 +1004,13 @@ fn experiments(files: &[PathBuf], papers: &[String]) -> Result<Vec<Arc<Experimen
     }
 }
 
+/// What a part of a plan is of.
+enum Of<'a> {
+    Experiment(&'a Experiment),
+    Paper(&'a Paper),
+    Attack,
+}
+
 fn plan(
     experiments: &[Arc<Experiment>],
     papers: &[Paper],
@@ -1019,17 +1026,20 @@ fn plan(
     }
     let of_experiments = experiments
         .iter()
-        .map(|e| (Some(e), engine::plan(&store, e)));
-    let of_papers = papers.iter().map(|p| (None, engine::plan_paper(&store, p)));
-    let mut attacks = Vec::new();
+        .map(|e| (engine::plan(&store, e), Of::Experiment(e)));
+    let of_papers = papers
+        .iter()
+        .map(|p| (engine::plan_paper(&store, p), Of::Paper(p)));
+    let mut all: Vec<_> = of_experiments.chain(of_papers).collect();
     for e in gallery {
-        attacks.push((None, vec![engine::plan_own(&store, e)?]));
+        all.push((vec![engine::plan_own(&store, e)?], Of::Attack));
     }
-    for (experiment, planned) in of_experiments.chain(of_papers).chain(attacks) {
+    for (planned, of) in all {
         if dot {
-            out += &match experiment {
-                Some(experiment) => engine::dot(experiment, &planned),
-                None => engine::dot_paper(&planned),
+            out += &match of {
+                Of::Experiment(experiment) => engine::dot(experiment, &planned),
+                Of::Paper(paper) => engine::dot_paper(paper, &planned),
+                Of::Attack => engine::dot_own(&planned),
             };
             continue;
         }

@@ -3,6 +3,9 @@
 pub mod campaign;
 pub mod code;
 pub mod engine;
+mod graph;
 pub mod long_campaign;
 mod parts;
 pub mod progress;
+mod publish;
+mod times;

@@ -192,6 +192,21 @@ struct Pace {
     units: u64,
 }
 
+impl Pace {
+    /// How many units the next block has, of a case of which so many sets are left: a unit a thread first, then as many
+    /// as the time of a block affords, which doubles.
+    fn next(&mut self, row: &RecordedAttack, left: u64, threads: u32) -> u64 {
+        if self.units == 0 {
+            return u64::from(threads);
+        }
+        let unit = (self.spent / self.units as u32).max(Duration::from_nanos(1));
+        let wanted = left.div_ceil((row.steps / row.units.max(1)).max(1));
+        let affordable = (self.block.as_nanos() / unit.as_nanos()) as u64;
+        self.block = (2 * self.block).min(Duration::from_secs(60));
+        wanted.min(affordable.max(u64::from(threads)))
+    }
+}
+
 /// Goes on with the record in `path` until every case of `paper` (of all if none) has its share of `until`; what is
 /// not guaranteed is counted as in the default campaign. The file is whole after every block of work.
 ///
@@ -252,16 +267,9 @@ pub fn record(
                 continue;
             }
             done = false;
-            let block = if !case.guaranteed {
-                case.units - row.units
-            } else if pace.units == 0 {
-                u64::from(threads)
-            } else {
-                let unit = (pace.spent / pace.units as u32).max(Duration::from_nanos(1));
-                let wanted = left.div_ceil((row.steps / row.units.max(1)).max(1));
-                let affordable = (pace.block.as_nanos() / unit.as_nanos()) as u64;
-                pace.block = (2 * pace.block).min(Duration::from_secs(60));
-                wanted.min(affordable.max(u64::from(threads)))
+            let block = match case.guaranteed {
+                true => pace.next(row, left, threads),
+                false => case.units - row.units,
             };
             let start = Instant::now();
             let counts = count(case, row.units, row.units + block)?;

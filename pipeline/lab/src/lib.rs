@@ -4,6 +4,7 @@
 
 pub mod command;
 pub mod experiment;
+pub mod illustrate;
 pub mod outlook;
 pub mod recorded;
 pub mod stage;

@@ -245,7 +245,7 @@ table! {
         row: Name, "1", "row label as printed";
         column: Name, "1", "column label as printed";
         published: Name, "1", "the text as printed";
-        reproduced_ms: Option<f64>, "ms", "our median time of a step";
+        reproduced_ms: Option<f64>, "ms", "our time of a step, the mean over all runs; a ratio where the paper prints one";
         verdict: Name, "1", "ordering_holds, differs or error";
         reason: Name, "1", "why";
     }

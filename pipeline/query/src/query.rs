@@ -94,8 +94,3 @@ pub fn table(lake: &Path, name: &str) -> Result<Option<Answer>, Error> {
     let answer = sql::run(tables.clone(), &format!("SELECT * FROM {name}"));
     answer.map(Some).map_err(|fault| failure(fault, &tables))
 }
-
-/// True if the lake has a file of the table.
-pub fn holds(lake: &Path, name: &str) -> Result<bool, Error> {
-    Ok(tables(lake)?.iter().any(|t| t.name == name))
-}

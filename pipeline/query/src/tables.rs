@@ -5,9 +5,7 @@ use polars::prelude::{Column, DataFrame, PolarsResult};
 use std::path::Path;
 use zonobench_lake::digits::four_digits;
 use zonobench_lake::error::Error;
-use zonobench_lake::lake::{paper_table_path, read_manifest};
-use zonobench_lake::rows::TimingComparison;
-use zonobench_lake::table;
+use zonobench_lake::lake::read_manifest;
 use zonobench_verdicts::compare::interval;
 use zonobench_verdicts::judged::{self, Judged, Subject, Tally};
 use zonobench_verdicts::papers;
@@ -51,16 +49,6 @@ pub fn comparisons(lake: &Path, paper: &str) -> Result<Vec<Judged>, Error> {
         .map(read)
         .collect::<Result<Vec<_>, _>>()?
         .concat())
-}
-
-/// The timing comparisons of a paper, if any were made.
-pub fn timing_comparisons(lake: &Path, paper: &str) -> Result<Vec<TimingComparison>, Error> {
-    let path = lake.join(paper_table_path("timing_comparison", paper));
-    if path.exists() {
-        table::read(&path)
-    } else {
-        Ok(Vec::new())
-    }
 }
 
 /// What the cells of all papers came to: numbers, parameters and claims apart.

@@ -2,25 +2,22 @@
 //!
 //! A front page (`README.md`: the verdicts of all tables, the findings, the legend) and a page a paper
 //! with its tables and figures. What is particular to a paper, what it says and what its figures show,
-//! is a file of `about`; a new paper adds a file and a line there. An experiment of a user's own has a
-//! page with its scores.
+//! is in `about.md` and `figures.toml` of its folder in `experiments/`. An experiment of a user's own has a
+//! page with pictures and its scores.
 //!
-//! `model` is what there is to say, `front` and `page` write it as Markdown, `html` as a page for a browser.
+//! `source` reads the lake, `model` finds what there is to say, `pages` says it in a `document`, and `render` writes that
+//! as Markdown and as HTML: the same content twice.
 //!
 //! The same lake gives the same Markdown: no time, host or path of this machine is on a page. Measured times
 //! come from the recorded `timings.csv`, `step-times.csv` and `peers.csv` beside the pages alone, never from the lake; so do
 //! the counts of the long campaign, from `attack.csv`.
 
-mod about;
-mod campaign;
-mod complexity;
-mod dossier;
-mod front;
-mod html;
-mod markdown;
+mod bibliography;
+mod document;
+mod figures;
 mod model;
-mod page;
-mod peers;
+mod pages;
+mod render;
 mod source;
 mod step_times;
 mod svg;
@@ -29,12 +26,13 @@ mod timings;
 #[cfg(test)]
 mod tests;
 
-pub use dossier::dossier;
+pub use pages::dossier;
 
-use about::Figure;
-use peers::PeerRow;
+use document::Page;
+use figures::Figure;
+use pages::peers::{self, PeerRow};
+use serde_json::{Map, Value, json};
 use source::{Held, Source};
-use std::collections::BTreeMap;
 use std::path::Path;
 use timings::RecordedTime;
 use zonobench_engine::long_campaign::{self, RecordedAttack};
@@ -63,7 +61,7 @@ impl Recordings {
             times: timings::read(&folder.join("timings.csv"))?,
             steps: step_times::read(&folder.join(step_times::FILE))?,
             peers: peers::read(&folder.join("peers.csv"))?,
-            attacks: long_campaign::read(&folder.join(campaign::FILE))?,
+            attacks: long_campaign::read(&folder.join(pages::ATTACKS))?,
         })
     }
 }
@@ -75,13 +73,9 @@ impl Recordings {
 pub fn write(lake: &Path, out: &Path) -> Result<usize, Error> {
     let source = Source::open(lake)?;
     let papers = drawn(&source)?;
-    let recorded = Recordings::read(out)?;
-    let mut pages = render(&source, &papers, &recorded)?;
-    let (own, page) = (
-        HTML.to_owned(),
-        html::render(lake, &source, &papers, &recorded)?,
-    );
-    pages.insert(own, page);
+    let document = pages::all(&source, &papers, &Recordings::read(out)?)?;
+    let mut pages = render::markdown::files(&document);
+    pages.insert(HTML.to_owned(), html(&document, &papers));
     for (name, text) in &pages {
         let path = out.join(name);
         if std::fs::read(&path).is_ok_and(|old| old == text.as_bytes()) {
@@ -97,34 +91,28 @@ pub fn write(lake: &Path, out: &Path) -> Result<usize, Error> {
 /// What the lake holds of each paper, and its figures.
 fn drawn(source: &Source) -> Result<Vec<(Held, Vec<Figure>)>, Error> {
     let of = |held: Held| {
-        let figures = match about::find(&held.name) {
-            Some(about) => about.figures(source, held.paper.as_ref())?,
-            None => Vec::new(),
+        let figures = match figures::papers::figures(source, &held)? {
+            Some(figures) => figures,
+            None => figures::of_own(source, &held.name, &held.experiments)?,
         };
         Ok((held, figures))
     };
     source.papers()?.into_iter().map(of).collect()
 }
 
-/// Every file of the Markdown reports by its path, with `/`, below their folder.
-fn render(
-    source: &Source,
-    papers: &[(Held, Vec<Figure>)],
-    recorded: &Recordings,
-) -> Result<BTreeMap<String, String>, Error> {
-    let held: Vec<&Held> = papers.iter().map(|(held, _)| held).collect();
-    let front = front::page(&held)
-        + &campaign::section(&recorded.attacks)
-        + &peers::pointer(&recorded.peers);
-    let mut pages = BTreeMap::from([("README.md".to_owned(), front)]);
-    if !recorded.peers.is_empty() {
-        pages.insert("peers.md".to_owned(), peers::page(&recorded.peers));
-        pages.insert(peers::CHART.to_owned(), peers::chart(&recorded.peers));
-    }
-    for (held, figures) in papers {
-        for (name, text) in page::of(source, held, figures, &recorded.times, &recorded.steps)? {
-            pages.insert(format!("{}/{name}", held.name), text);
+/// The HTML file of a document.
+fn html(document: &[Page], papers: &[(Held, Vec<Figure>)]) -> String {
+    render::html::file(document, &experiments(papers))
+}
+
+/// What the script says about the run behind a number: file, seed, runs and steps by `paper/experiment`.
+fn experiments(papers: &[(Held, Vec<Figure>)]) -> Value {
+    let mut all = Map::new();
+    for paper in papers.iter().filter_map(|(held, _)| held.paper.as_ref()) {
+        for e in &paper.experiments {
+            let run = json!([paper.file(&e.id), e.seed, e.runs, e.steps]);
+            all.insert(e.name(), run);
         }
     }
-    Ok(pages)
+    Value::Object(all)
 }

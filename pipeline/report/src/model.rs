@@ -1,7 +1,7 @@
 //! What the pages say, before it is written as Markdown or as HTML: the findings of a paper, a table in the
 //! paper's own layout, who is missing, how many cells have which verdict.
 
-use crate::about;
+use crate::bibliography;
 use crate::source::Held;
 use std::collections::BTreeSet;
 use zonobench_verdicts::judged::{self, Judged, Subject, Tally};
@@ -92,7 +92,7 @@ pub fn tallies(papers: &[&Held]) -> Vec<Tally> {
 pub fn absent(papers: &[&Held]) -> [Vec<&'static str>; 2] {
     let known = zonobench_verdicts::papers::names();
     [true, false].map(|of_ours| {
-        let folders = about::folders().into_iter();
+        let folders = bibliography::folders().into_iter();
         folders
             .filter(|folder| {
                 !papers

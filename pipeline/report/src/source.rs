@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use zonobench_lake::error::Error;
 use zonobench_lake::lake::{self, Entry, PathKeys};
 use zonobench_lake::rows::{
-    Belief, Claim, Comparison, Complexity, Estimate, EstimatorInfo, Measurement, Published, Score,
-    Set, Truth, Variable,
+    Attack, Belief, Claim, Comparison, Complexity, Estimate, EstimatorInfo, Measurement, Published,
+    Score, Set, Timing, TimingComparison, Truth, Variable,
 };
 use zonobench_lake::table::{self, Row};
 use zonobench_verdicts::judged::{self, Judged};
@@ -35,6 +35,8 @@ pub struct Held {
     pub comparisons: Vec<Judged>,
     /// The numbered claims, tried
     pub claims: Vec<Claim>,
+    /// The small campaign against its guarantees, by the system that was attacked
+    pub attacks: Vec<(String, Vec<Attack>)>,
     /// The printed numbers
     pub published: Vec<Published>,
     /// The paper as published, if it is one that comes with this program
@@ -164,9 +166,11 @@ impl Source {
     /// Everything that the lake holds, the published papers in their order, then the user's own.
     pub fn papers(&self) -> Result<Vec<Held>, Error> {
         let mut found: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
-        for PathKeys { paper, experiment } in self.entries.iter().map(|e| lake::path_keys(&e.path))
-        {
+        for entry in &self.entries {
+            let PathKeys { paper, experiment } = lake::path_keys(&entry.path);
             if let Some(paper) = paper {
+                // What was attacked is a system, and no experiment.
+                let experiment = experiment.filter(|_| entry.table != Attack::TABLE);
                 found.entry(paper).or_default().extend(experiment);
             }
         }
@@ -201,6 +205,7 @@ impl Source {
                 None => Vec::new(),
             },
             claims: self.of_paper(name)?,
+            attacks: self.attacks(name)?,
             published: self.of_paper(name)?,
             paper,
         };
@@ -223,6 +228,36 @@ impl Source {
             table::read(&self.lake.join(path))
         } else {
             Ok(Vec::new())
+        }
+    }
+
+    /// The attacks on what a paper calls guaranteed, system by system.
+    fn attacks(&self, paper: &str) -> Result<Vec<(String, Vec<Attack>)>, Error> {
+        let of = |entry: &Entry| {
+            let keys = lake::path_keys(&entry.path);
+            let system = keys.experiment.filter(|_| keys.paper == Some(paper))?;
+            (entry.table == Attack::TABLE).then(|| system.to_owned())
+        };
+        let systems = self.entries.iter().filter_map(of);
+        let read = |system: String| Ok((system.clone(), self.of_experiment(paper, &system)?));
+        systems.map(read).collect()
+    }
+
+    /// How long the steps of an experiment took; not vouched for.
+    pub fn timings(&self, paper: &str, experiment: &str) -> Result<Vec<Timing>, Error> {
+        self.not_vouched_for(&lake::table_path(Timing::TABLE, paper, experiment))
+    }
+
+    /// The printed times of a paper beside those of this lake; not vouched for.
+    pub fn timing_comparisons(&self, paper: &str) -> Result<Vec<TimingComparison>, Error> {
+        self.not_vouched_for(&lake::paper_table_path(TimingComparison::TABLE, paper))
+    }
+
+    fn not_vouched_for<R: Row>(&self, path: &str) -> Result<Vec<R>, Error> {
+        let path = self.lake.join(path);
+        match path.exists() {
+            true => table::read(&path),
+            false => Ok(Vec::new()),
         }
     }
 

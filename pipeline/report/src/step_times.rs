@@ -2,6 +2,7 @@
 //!
 //! Written by `just record-timings` on a named processor; a page shows what is recorded and measures nothing.
 
+use crate::document::{Cell, Kind, Shape, Table};
 use crate::svg::{Axis, Colour, Figure, Panel, Series};
 use serde::Deserialize;
 use std::path::Path;
@@ -49,14 +50,6 @@ pub struct StepTimes<'a> {
     estimators: Vec<&'a str>,
 }
 
-/// A table: header and cells.
-pub struct Grid {
-    /// The columns' names.
-    pub header: Vec<&'static str>,
-    /// The cells, row by row.
-    pub rows: Vec<Vec<String>>,
-}
-
 impl<'a> StepTimes<'a> {
     /// What `all` holds of `paper`; None where that is nothing.
     pub fn of(all: &'a [Recorded], paper: &str) -> Option<Self> {
@@ -99,7 +92,7 @@ impl<'a> StepTimes<'a> {
             )
         });
         format!(
-            "Times of single steps as the recipe record-timings of the justfile recorded them on {}, how many steps took how \
+            "Times of single steps as `just record-timings` recorded them on {}, how many steps took how \
              long{period}. A time depends on the machine: it is compared with nothing.",
             self.processor()
         )
@@ -166,8 +159,14 @@ impl<'a> StepTimes<'a> {
         .to_svg()
     }
 
-    /// The quantiles of every estimator beside the sampling period.
-    pub fn quantiles(&self) -> Grid {
+    /// The quantiles of every estimator beside the sampling period, and where the time of a step goes.
+    pub fn tables(&self) -> Vec<Table> {
+        let mut tables = vec![self.quantiles(), self.shares()];
+        tables.retain(|table| table.bodies.iter().any(|rows| !rows.is_empty()));
+        tables
+    }
+
+    fn quantiles(&self) -> Table {
         let row = |estimator: &&str| {
             let at = |wanted: f64| {
                 let found = self
@@ -176,49 +175,45 @@ impl<'a> StepTimes<'a> {
                 found.map(|(_, value)| value)
             };
             let steps = self.pairs(estimator, "steps").next();
-            let mut cells = vec![
-                (*estimator).to_owned(),
-                steps.map_or_else(String::new, |(_, n)| n.to_string()),
+            let mut cells: Vec<Cell> = vec![
+                (*estimator).into(),
+                steps.map(|(_, n)| n.to_string()).into(),
             ];
             let quantiles = [0.5, 0.99, 0.999, 1.0].map(at);
-            cells.extend(quantiles.map(|q| q.map(four_digits).unwrap_or_default()));
-            let share = quantiles[2]
-                .zip(self.period())
-                .map(|(q, period)| q / period);
-            cells.push(share.map_or_else(String::new, |s| format!("{} %", four_digits(100.0 * s))));
+            cells.extend(quantiles.map(|q| q.map(four_digits).into()));
+            let share = (quantiles[2].zip(self.period()))
+                .map(|(q, period)| format!("{} %", four_digits(100.0 * q / period)));
+            cells.push(share.into());
             cells
         };
-        Grid {
-            header: vec![
-                "estimator (generators constraints)",
-                "steps",
-                "median, µs",
-                "99 %, µs",
-                "99.9 %, µs",
-                "longest, µs",
-                "99.9 % of the period",
-            ],
-            rows: self.estimators.iter().map(row).collect(),
-        }
+        let columns = [
+            ("estimator (generators constraints)", Shape::Words),
+            ("steps", Shape::Number),
+            ("median, µs", Shape::Number),
+            ("99 %, µs", Shape::Number),
+            ("99.9 %, µs", Shape::Number),
+            ("longest, µs", Shape::Number),
+            ("99.9 % of the period", Shape::Number),
+        ];
+        let rows = self.estimators.iter().map(row).collect();
+        Table::new(Kind::Plain, "Quantiles of the times", &columns, rows)
     }
 
-    /// Where the time of a step goes.
-    pub fn shares(&self) -> Grid {
+    fn shares(&self) -> Table {
         let of = |estimator: &'a str| {
-            self.pairs(estimator, "share")
-                .map(move |(operation, share)| {
-                    let percent = format!("{} %", four_digits(100.0 * share));
-                    vec![estimator.to_owned(), operation.to_owned(), percent]
-                })
+            let shares = self.pairs(estimator, "share");
+            shares.map(move |(operation, share)| {
+                let percent = format!("{} %", four_digits(100.0 * share));
+                vec![estimator.into(), operation.into(), percent.into()]
+            })
         };
-        Grid {
-            header: vec![
-                "estimator (generators constraints)",
-                "operation",
-                "of a step",
-            ],
-            rows: self.estimators.iter().flat_map(|&e| of(e)).collect(),
-        }
+        let columns = [
+            ("estimator (generators constraints)", Shape::Words),
+            ("operation", Shape::Words),
+            ("of a step", Shape::Number),
+        ];
+        let rows = self.estimators.iter().flat_map(|&e| of(e)).collect();
+        Table::new(Kind::Plain, "Where the time of a step goes", &columns, rows)
     }
 }
 
@@ -240,11 +235,16 @@ mod tests {
         assert!(StepTimes::of(&all, "q").is_none());
         let times = StepTimes::of(&all, "p").unwrap();
         assert!(times.words().contains("on CPU") && times.words().contains("10000 µs"));
-        let quantiles = times.quantiles();
-        assert_eq!(quantiles.rows.len(), 1);
-        assert_eq!(quantiles.rows[0][1..4], ["4", "101", ""]);
-        assert_eq!(quantiles.rows[0][6], "2.5 %");
-        assert_eq!(times.shares().rows, [["a", "LP", "75 %"]]);
+        let cells = |table: Table| -> Vec<Vec<Cell>> {
+            let rows = table.bodies.into_iter().flatten();
+            rows.map(|row| row.cells).collect()
+        };
+        let quantiles = cells(times.quantiles());
+        assert_eq!(quantiles.len(), 1);
+        assert_eq!(quantiles[0][1..4], ["4".into(), "101".into(), "".into()]);
+        assert_eq!(quantiles[0][6], "2.5 %".into());
+        let shares = cells(times.shares());
+        assert_eq!(shares, [["a".into(), "LP".into(), "75 %".into()]]);
         assert!(times.picture().contains("sampling period"));
         std::fs::write(&path, TEXT.replace("0.75", "most")).unwrap();
         assert!(read(&path).is_err());

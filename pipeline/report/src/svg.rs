@@ -8,9 +8,11 @@
 mod axis;
 pub mod bars;
 mod path;
+pub mod scores;
 
 use axis::{Scale, Tick};
 use path::{Path, number};
+use serde::Deserialize;
 
 /// A picture: panels in rows of `columns`, one legend for all.
 #[derive(Clone, Debug, Default)]
@@ -141,7 +143,8 @@ pub enum Series {
 
 /// The colours of Okabe and Ito, told apart by people who see few colours and in print; the pale
 /// yellow among them is not here, since it is lost on white.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Colour {
     /// For the truth and what else is given
     Black,

@@ -1,8 +1,10 @@
 //! The pages of lakes that the engine makes here: small runs of the published experiments, with verdicts and
 //! as a smoke run, and an experiment of a user's own.
 
-use super::page::label;
 use super::*;
+use crate::document::label;
+use crate::render::{html::escaped, markdown};
+use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock};
 use tempfile::TempDir;
 use zonobench_engine::engine;
@@ -43,7 +45,7 @@ fn published(wanted: &[&str], scale: Scale, figures: bool) -> TempDir {
             files.extend(engine::publications(f).unwrap());
         }
         let compared = engine::compare(&store, &paper, &finished, scale).unwrap();
-        files.extend(engine::paper_publications(&paper, &compared).unwrap());
+        files.extend(engine::paper_publications(&compared).unwrap());
     }
     lake::publish(folder.path(), files, |_, _| true).unwrap();
     folder
@@ -95,10 +97,11 @@ fn with_times(lake: &TempDir, times: Vec<RecordedTime>) -> BTreeMap<String, Stri
         times,
         ..Recordings::default()
     };
-    render(&source, &drawn(&source).unwrap(), &recorded).unwrap()
+    let papers = drawn(&source).unwrap();
+    markdown::files(&pages::all(&source, &papers, &recorded).unwrap())
 }
 
-fn pages(lake: &TempDir) -> BTreeMap<String, String> {
+fn written(lake: &TempDir) -> BTreeMap<String, String> {
     with_times(lake, Vec::new())
 }
 
@@ -154,8 +157,8 @@ fn assert_tables_are_whole(pages: &BTreeMap<String, String>) {
 
 #[test]
 fn the_same_lake_gives_the_same_bytes_wherever_it_lies() {
-    let first = pages(&LAKE);
-    assert_eq!(first, pages(&LAKE));
+    let first = written(&LAKE);
+    assert_eq!(first, written(&LAKE));
     let other = tempfile::tempdir().unwrap();
     for entry in lake::read_manifest(LAKE.path()).unwrap() {
         let to = other.path().join(&entry.path);
@@ -167,21 +170,21 @@ fn the_same_lake_gives_the_same_bytes_wherever_it_lies() {
         other.path().join(lake::MANIFEST),
     )
     .unwrap();
-    assert_eq!(first, pages(&other));
+    assert_eq!(first, written(&other));
     let here = LAKE.path().to_str().unwrap();
     assert!(first.values().all(|page| !page.contains(here)));
 }
 
 #[test]
 fn every_link_leads_somewhere_and_every_table_is_whole() {
-    let pages = pages(&LAKE);
+    let pages = written(&LAKE);
     assert_links_resolve(&pages);
     assert_tables_are_whole(&pages);
 }
 
 #[test]
 fn every_figure_is_drawn_and_small() {
-    let pages = pages(&LAKE);
+    let pages = written(&LAKE);
     for name in [
         "box/fig-3",
         "box/fig-4",
@@ -207,12 +210,14 @@ fn every_figure_is_drawn_and_small() {
 #[test]
 fn the_queries_below_a_figure_give_what_it_shows() {
     let mut queries = 0;
-    for page in pages(&LAKE).values() {
+    for page in written(&LAKE).values() {
         for line in page
             .lines()
             .filter_map(|line| line.strip_prefix("zonobench query \""))
         {
-            let frame = query::run(LAKE.path(), line.trim_end_matches('"')).unwrap();
+            // As a shell reads it.
+            let sql = line.trim_end_matches('"').replace("\\\"", "\"");
+            let frame = query::run(LAKE.path(), &sql).unwrap();
             assert!(!frame.is_empty(), "{line}");
             queries += 1;
         }
@@ -222,7 +227,7 @@ fn the_queries_below_a_figure_give_what_it_shows() {
 
 #[test]
 fn every_cell_stands_on_its_page_and_every_finding_on_the_front() {
-    let pages = pages(&LAKE);
+    let pages = written(&LAKE);
     for paper in ["box", "ezgkf"] {
         let page = &pages[&format!("{paper}/README.md")];
         let cells: Vec<Judged> = tables::comparisons(LAKE.path(), paper).unwrap();
@@ -236,7 +241,7 @@ fn every_cell_stands_on_its_page_and_every_finding_on_the_front() {
                 .nth(1)
                 .unwrap();
             let section = place.split("\n### ").next().unwrap();
-            let (row, column) = (label(&c.row), label(&c.column));
+            let [row, column] = [&c.row, &c.column].map(|l| markdown::escaped(&label(l)));
             let start = if c.is_as_written() {
                 format!("| {row} | {column} | {}", markdown::escaped(&c.published))
             } else {
@@ -294,8 +299,8 @@ fn counted_by_hand(paper: &str) -> Vec<(Subject, String)> {
 
 #[test]
 fn a_count_on_the_front_page_is_the_count_of_its_rows() {
-    let pages = pages(&LAKE);
-    let (front, html) = (&pages["README.md"], html(&LAKE));
+    let pages = written(&LAKE);
+    let (front, html) = (&pages["README.md"], html_of(&LAKE));
     let html = between(&html, "id=\"overview\"", "</section>")[0].to_owned();
     let all: Vec<(Subject, String)> = ["box", "ezgkf"]
         .into_iter()
@@ -339,7 +344,7 @@ fn a_count_on_the_front_page_is_the_count_of_its_rows() {
 
 #[test]
 fn the_counts_of_the_matrix_are_those_of_the_lake() {
-    let pages = pages(&LAKE);
+    let pages = written(&LAKE);
     let front = &pages["README.md"];
     let header = front
         .lines()
@@ -395,11 +400,11 @@ fn a_dossier_has_every_verdict_that_is_no_success_with_evidence_and_a_command() 
         for c in tables::comparisons(LAKE.path(), paper).unwrap() {
             let item = format!(
                 "{}{}: printed “{}”",
-                label(&c.row),
+                markdown::escaped(&label(&c.row)),
                 if c.column.is_empty() {
                     String::new()
                 } else {
-                    format!(", {}", label(&c.column))
+                    format!(", {}", markdown::escaped(&label(&c.column)))
                 },
                 markdown::escaped(&c.published)
             );
@@ -448,7 +453,7 @@ fn a_dossier_has_every_verdict_that_is_no_success_with_evidence_and_a_command() 
 #[test]
 fn a_smoke_run_says_so_and_a_paper_that_is_not_there_is_named() {
     let lake = published(&["ezgkf"], Scale::Quick, false);
-    let pages = pages(&lake);
+    let pages = written(&lake);
     assert_links_resolve(&pages);
     assert_tables_are_whole(&pages);
     assert!(
@@ -459,29 +464,82 @@ fn a_smoke_run_says_so_and_a_paper_that_is_not_there_is_named() {
         pages["README.md"]
             .contains("Not in this lake, `zonobench reproduce-all` makes them:\n\n- box:")
     );
-    assert!(pages["ezgkf/README.md"].contains("Not drawn: it shows k = 120 to 180"));
+    assert!(pages["ezgkf/README.md"].contains("Not drawn: it shows steps to k = 180"));
     assert!(!pages.contains_key("box/README.md") && !pages.contains_key("ezgkf/fig-1.svg"));
     assert!(!pages["README.md"].contains("## Findings"));
 }
 
+/// A plane and a scalar system, so that there are sets in the plane and states without one.
+const OWN_PLANE: &str = r#"
+schema = 1
+paper = "mine"
+id = "plane"
+seed = 7
+runs = 3
+steps = 10
+[system]
+kind = "linear"
+a = [[0.9, 0.1], [0.0, 0.8]]
+c = [[1.0, 0.0]]
+[prior]
+box = [[-1.0, 1.0], [-1.0, 1.0]]
+[noise]
+w = { box = [[-0.1, 0.1], [-0.1, 0.1]] }
+v = { box = [[-0.1, 0.1]] }
+[[estimator]]
+id = "bx"
+kind = "box-state-est"
+[[estimator]]
+id = "by"
+kind = "box-state-est"
+[[metric]]
+name = "rmse"
+"#;
+
 #[test]
-fn an_experiment_of_ones_own_has_a_page_with_its_scores() {
+fn an_experiment_of_ones_own_has_a_page_with_its_pictures_and_scores() {
     let lake = own(OWN);
-    let pages = pages(&lake);
-    assert_eq!(
-        pages.keys().collect::<Vec<_>>(),
-        ["README.md", "mine/README.md"]
-    );
+    let pages = written(&lake);
+    let drawn = ["try_a-radius.svg", "try_a-scores.svg", "try_a-states.svg"];
+    let drawn = drawn.map(|name| format!("mine/{name}"));
+    let mut expected = vec!["README.md", "mine/README.md"];
+    expected.extend(drawn.iter().map(String::as_str));
+    assert_eq!(pages.keys().collect::<Vec<_>>(), expected);
     assert_links_resolve(&pages);
     assert_tables_are_whole(&pages);
     let page = &pages["mine/README.md"];
     assert!(page.contains("Seed 7."), "{page}");
-    assert!(page.contains("| bx | rmse | x1 |  | 3 | "), "{page}");
+    assert!(page.contains("| bx | rmse | x1 | 3 | "), "{page}");
+    assert!(page.contains("in its hull: bx at 11 of 11."), "{page}");
+    let html = html_of(&lake);
+    for name in &drawn {
+        assert!(html.contains(pages[name].as_str()), "{name}");
+    }
+}
+
+#[test]
+fn methods_of_ones_own_are_ranked_and_their_sets_drawn_in_the_plane() {
+    let lake = own(OWN_PLANE);
+    let pages = written(&lake);
+    assert_links_resolve(&pages);
+    assert!(pages["ranking.md"].contains("| bx | 1 | box-state-est |"));
+    let sets = &pages["mine/plane-sets.svg"];
+    assert!(sets.contains(">k = 10<") && sets.contains(">true state<"));
+    assert!(pages["mine/README.md"].contains("in the plane of x1 and x2"));
+    // What a query below a picture gives is what it shows.
+    let page = &pages["mine/README.md"];
+    let queries = page
+        .lines()
+        .filter_map(|line| line.strip_prefix("zonobench query \""));
+    for line in queries {
+        let frame = query::run(lake.path(), line.trim_end_matches('"')).unwrap();
+        assert!(!frame.is_empty(), "{line}");
+    }
 }
 
 #[test]
 fn times_are_those_recorded_and_no_others() {
-    let without = &pages(&LAKE)["ezgkf/README.md"];
+    let without = &written(&LAKE)["ezgkf/README.md"];
     assert!(
         without.contains("| Table III, T^CPU, EZGKF | 1.6 ms | not recorded |"),
         "{without}"
@@ -510,15 +568,13 @@ fn times_are_those_recorded_and_no_others() {
     assert!(with.contains(", on Model 7."));
 }
 
-fn html(lake: &TempDir) -> String {
+fn html_of(lake: &TempDir) -> String {
     let source = Source::open(lake.path()).unwrap();
-    html::render(
-        lake.path(),
-        &source,
-        &drawn(&source).unwrap(),
-        &Recordings::default(),
+    let papers = drawn(&source).unwrap();
+    html(
+        &pages::all(&source, &papers, &Recordings::default()).unwrap(),
+        &papers,
     )
-    .unwrap()
 }
 
 /// What stands between `start` and `end`, each time.
@@ -531,7 +587,7 @@ fn between<'a>(text: &'a str, start: &str, end: &str) -> Vec<&'a str> {
 
 #[test]
 fn the_html_page_is_whole_and_needs_no_other_file() {
-    let page = html(&LAKE);
+    let page = html_of(&LAKE);
     assert!(page.len() < 5_000_000, "{} bytes", page.len());
     let places = between(&page, " id=\"", "\"");
     for target in between(&page, "href=\"#", "\"") {
@@ -547,26 +603,24 @@ fn the_html_page_is_whole_and_needs_no_other_file() {
     ] {
         assert!(!page.contains(loading), "{loading}");
     }
-    // The figures are those of the Markdown pages; counts have a chart a sweep here, and one a claim there.
-    for (name, svg) in pages(&LAKE)
-        .iter()
-        .filter(|(name, _)| name.ends_with(".svg") && !name.contains("/count-"))
-    {
+    // The figures are those of the Markdown pages.
+    let pages = written(&LAKE);
+    for (name, svg) in pages.iter().filter(|(name, _)| name.ends_with(".svg")) {
         assert!(page.contains(svg.as_str()), "{name}");
     }
     let here = LAKE.path().to_str().unwrap();
     assert!(!page.contains(here));
-    assert!(page.contains("Missing: this lake holds no times."));
+    assert!(!page.contains("id=\"times\""), "this lake holds no times");
 }
 
 #[test]
 fn every_cell_of_the_lake_stands_on_the_html_page() {
-    let page = html(&LAKE);
+    let page = html_of(&LAKE);
     for paper in ["box", "ezgkf"] {
         let section = between(&page, &format!("id=\"paper-{paper}\""), "</section>")[0];
         let findings = between(&page, "id=\"findings\"", "</section>")[0];
         for c in tables::comparisons(LAKE.path(), paper).unwrap() {
-            let row = html::markup::label(&c.row);
+            let row = escaped(&label(&c.row));
             let verdict = format!("</span> {}</span>", c.verdict.name().replace('_', " "));
             let found = section.lines().any(|line| {
                 line.contains(&row)
@@ -577,7 +631,7 @@ fn every_cell_of_the_lake_stands_on_the_html_page() {
             assert!(found, "{paper}: {c:?}");
             if c.is_as_written() && c.verdict.is_finding() {
                 assert!(
-                    findings.contains(&format!("<b>{row}</b>")),
+                    findings.contains(&format!("<strong>{row}</strong>")),
                     "{row} is no finding"
                 );
             }
@@ -587,14 +641,10 @@ fn every_cell_of_the_lake_stands_on_the_html_page() {
 
 #[test]
 fn an_html_page_of_other_lakes_says_what_it_has() {
-    let page = html(&own(OWN));
-    assert!(page.contains("This lake holds no published paper"));
-    for sweep in ["claims", "attack", "complexity"] {
-        assert!(page.contains(&format!("The table <code>{sweep}</code>: not in this lake")));
-    }
+    let page = html_of(&own(OWN));
     assert!(page.contains("<th scope=\"row\">bx</th><td>rmse</td><td>x1</td>"));
-    let page = html(&published(&["ezgkf"], Scale::Quick, false));
-    assert!(page.contains("A smoke run") && page.contains("Not drawn: it shows k = 120 to 180"));
+    let page = html_of(&published(&["ezgkf"], Scale::Quick, false));
+    assert!(page.contains("A smoke run") && page.contains("Not drawn: it shows steps to k = 180"));
 }
 
 #[test]
@@ -602,10 +652,10 @@ fn pages_are_written_once_and_other_files_left_alone() {
     let lake = own(OWN);
     let out = tempfile::tempdir().unwrap();
     std::fs::write(out.path().join("notes.md"), "mine").unwrap();
-    assert_eq!(write(lake.path(), out.path()).unwrap(), 3);
+    assert_eq!(write(lake.path(), out.path()).unwrap(), 6);
     let page = out.path().join("mine/README.md");
     let before = std::fs::metadata(&page).unwrap().modified().unwrap();
-    assert_eq!(write(lake.path(), out.path()).unwrap(), 3);
+    assert_eq!(write(lake.path(), out.path()).unwrap(), 6);
     assert_eq!(
         std::fs::metadata(&page).unwrap().modified().unwrap(),
         before

@@ -1103,10 +1103,9 @@ fn the_published_experiments_are_read() {
         let mut files = 0;
         for entry in std::fs::read_dir(folder.join(paper)).unwrap() {
             let path = entry.unwrap().path();
-            if path
-                .extension()
-                .is_some_and(|extension| extension == "toml")
-            {
+            // `figures.toml` is of the paper's page.
+            let is_experiment = path.file_name().is_some_and(|name| name != "figures.toml");
+            if is_experiment && path.extension().is_some_and(|end| end == "toml") {
                 files += 1;
                 for experiment in Experiment::load(&path).unwrap_or_else(|fault| panic!("{fault}"))
                 {

@@ -1,0 +1,4 @@
+//! The two writers of a document.
+
+pub mod html;
+pub mod markdown;
