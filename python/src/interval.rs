@@ -65,6 +65,16 @@ fn with(
     }
 }
 
+/// x^y; of an integer y, the power that knows its factors are equal.
+fn power(x: Interval, y: Interval) -> Interval {
+    let whole = y.lo() as i32;
+    match y.is_point() {
+        true if f64::from(whole) == y.lo() => x.powi(whole),
+        true => x.powf(y.lo()),
+        false => x.pow(y),
+    }
+}
+
 #[pymethods]
 impl PyInterval {
     #[new]
@@ -160,15 +170,17 @@ impl PyInterval {
         if modulo.is_some() {
             return Ok(py.NotImplemented());
         }
-        let power = match n.extract::<i32>() {
-            Ok(n) => self.0.powi(n),
-            Err(_) => match operand(n) {
-                Some(y) if y.is_point() => self.0.powf(y.lo()),
-                Some(y) => self.0.pow(y),
-                None => return Ok(py.NotImplemented()),
-            },
-        };
-        Ok(Py::new(py, defined("power", power)?)?.into_any())
+        with(n, "power", |y| power(self.0, y))
+    }
+    fn __rpow__(
+        &self,
+        base: &Bound<'_, PyAny>,
+        modulo: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Py<PyAny>> {
+        if modulo.is_some() {
+            return Ok(base.py().NotImplemented());
+        }
+        with(base, "power", |x| power(x, self.0))
     }
     fn __neg__(&self) -> Self {
         Self(-self.0)

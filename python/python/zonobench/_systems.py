@@ -56,8 +56,10 @@ def equations(
         if not isinstance(output, Mapping):
             raise Error("equations: expected y, or output as {name: expression}, got expressions without names")
         outputs = [[str(name), "1"] for name in output]
-    motion: dict[str, Any] = {"next": _texts("next", next, states)}
-    if rate is not None:
+    motion: dict[str, Any]
+    if rate is None:
+        motion = {"next": _texts("next", next, states)}
+    else:
         motion = {"rate": {"equations": _texts("rate", rate, states), "method": method, "substeps": substeps}}
     source = {
         "x": states,

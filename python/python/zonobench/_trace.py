@@ -246,7 +246,7 @@ def _called(name: str, function: Callable[..., Any], values: dict[str, Any], kno
     unknown = [p.name for p in wanted if p.name not in known]
     if unknown:
         raise TypeError(f"{name}: expected arguments among {', '.join(known)}, got {', '.join(unknown)}")
-    given = function(**{p.name: values[p.name] for p in parameters if p.name in known})
+    given = function(**{p.name: values[p.name] for p in wanted})
     if isinstance(given, (Recorded, int, float)):
         given = [given]
     try:
