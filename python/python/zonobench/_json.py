@@ -18,7 +18,7 @@ from ._native import Box, ConstrainedZonotope, Ellipsoid, Error, Polytope, Set, 
 def attach(cls: type[Set]) -> None:
     """Gives sets `to_dict` and `from_dict`."""
     cls.to_dict = to_dict  # type: ignore[method-assign]
-    cls.from_dict = staticmethod(from_dict)  # type: ignore[method-assign, assignment]
+    cls.from_dict = staticmethod(from_dict)  # type: ignore[method-assign]
 
 
 def to_dict(self: Set) -> dict[str, Any]:

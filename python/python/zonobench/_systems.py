@@ -15,14 +15,14 @@ from ._trace import trace
 
 def attach(cls: type[System]) -> None:
     """Gives `System` its makers."""
-    cls.equations = staticmethod(equations)  # type: ignore[method-assign, assignment]
-    cls.trace = staticmethod(trace)  # type: ignore[method-assign, assignment]
-    cls.lpv = staticmethod(lpv)  # type: ignore[method-assign, assignment]
-    cls.van_der_pol = staticmethod(van_der_pol)  # type: ignore[method-assign, assignment]
-    cls.raimondo = staticmethod(raimondo)  # type: ignore[method-assign, assignment]
-    cls.vehicle_se2 = staticmethod(vehicle_se2)  # type: ignore[method-assign, assignment]
-    cls.quadrotor = staticmethod(quadrotor)  # type: ignore[method-assign, assignment]
-    cls.unicycle = staticmethod(unicycle)  # type: ignore[method-assign, assignment]
+    cls.equations = staticmethod(equations)  # type: ignore[method-assign]
+    cls.trace = staticmethod(trace)  # type: ignore[method-assign]
+    cls.lpv = staticmethod(lpv)  # type: ignore[method-assign]
+    cls.van_der_pol = staticmethod(van_der_pol)  # type: ignore[method-assign]
+    cls.raimondo = staticmethod(raimondo)  # type: ignore[method-assign]
+    cls.vehicle_se2 = staticmethod(vehicle_se2)  # type: ignore[method-assign]
+    cls.quadrotor = staticmethod(quadrotor)  # type: ignore[method-assign]
+    cls.unicycle = staticmethod(unicycle)  # type: ignore[method-assign]
 
 
 def equations(

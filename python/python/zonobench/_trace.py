@@ -29,12 +29,11 @@ class Recorded:
     It has no truth value and no number: a branch on it raises `TypeError`.
     """
 
-    __slots__ = ("operation", "arguments", "deep")
+    __slots__ = ("operation", "arguments")
 
     def __init__(self, operation: str, arguments: tuple[Any, ...] = ()):
         self.operation = operation
         self.arguments = arguments
-        self.deep = 1 + max((a.deep for a in arguments if isinstance(a, Recorded)), default=0)
 
     def lift(self, number: Any) -> Recorded:
         """A number as a recorded one."""
@@ -211,10 +210,15 @@ def trace(
     taken = {name for named in (*vectors.values(), outputs) for name, _ in named}
     definitions, texts = _write([*motion, *output], taken)
     equation = dict(zip([name for name, _ in vectors["x"]], texts, strict=False))
+    units = {name: _units(named) for name, named in vectors.items()}
     return equations(
-        **{name: _units(named) for name, named in vectors.items()},
+        x=units["x"],
+        u=units["u"],
+        w=units["w"],
+        v=units["v"],
         y=_units(outputs),
-        **{"rate" if rate else "next": equation},
+        next=None if rate else equation,
+        rate=equation if rate else None,
         method=method,
         substeps=substeps,
         let=definitions,

@@ -192,7 +192,7 @@ def track(estimator: Estimator, y: Any, u: Any = None, *, keep: bool = False) ->
 def _filled(given: Any) -> Any:
     """A masked array with NaN where it is masked."""
     if isinstance(given, np.ma.MaskedArray):
-        return given.astype(float).filled(np.nan)
+        return np.ma.filled(given.astype(float), np.nan)
     return given
 
 
