@@ -1,6 +1,7 @@
 //! The command line.
 
-use clap::{Args, Parser, Subcommand};
+use crate::diff;
+use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use rayon::prelude::*;
 use std::io::{BufWriter, ErrorKind, IsTerminal as _, Write as _};
 use std::path::{Path, PathBuf};
@@ -105,6 +106,25 @@ enum Command {
         #[command(flatten)]
         lake: LakeArg,
     },
+    /// What moved between two lakes: published cells, scores and claims, and the part of a key that did it
+    ///
+    /// A number that stays in the first lake's interval moved within it. Exit code 0: nothing moved beyond; 1: a number
+    /// left its interval, or has none and moved, or a verdict is another one; 2: bad usage. A lake of an older version
+    /// may lack tables and columns: that is told, and no failure.
+    ///
+    /// For example: zonobench diff lake-before lake --format markdown
+    Diff {
+        /// The first lake
+        first: PathBuf,
+        /// The second
+        second: PathBuf,
+        /// How to print it
+        #[arg(long, value_enum, default_value = "table")]
+        format: diff::Format,
+        /// Every line; without it, 20 of each kind (JSON and HTML have all)
+        #[arg(long)]
+        all: bool,
+    },
     /// The papers' claims about cost: what was counted beside what the formulas say
     Count {
         /// Paper (all if not given)
@@ -203,6 +223,17 @@ enum Command {
         #[arg(long, value_parser = number_of_threads)]
         jobs: Option<usize>,
     },
+    /// Print what a shell needs to complete the commands, or the manual's pages
+    ///
+    /// For example: zonobench completions bash > ~/.local/share/bash-completion/completions/zonobench
+    Completions {
+        /// The shell; `man` writes a manual page a command instead
+        #[arg(value_enum)]
+        shell: Shell,
+        /// With `man`: the folder for the pages
+        #[arg(long, default_value = ".", value_name = "FOLDER")]
+        out: PathBuf,
+    },
     /// Rehash every file against the manifest; check schemas, rows, and that no guarantee is violated
     Verify {
         #[command(flatten)]
@@ -211,6 +242,14 @@ enum Command {
         #[arg(long)]
         numbers: bool,
     },
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Shell {
+    Bash,
+    Zsh,
+    Fish,
+    Man,
 }
 
 #[derive(Args)]
@@ -320,6 +359,17 @@ fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
             files,
             lake,
         } => explain(&target, &files, &lake.lake),
+        Command::Diff {
+            first,
+            second,
+            format,
+            all,
+        } => {
+            let found = diff::diff(&first, &second)?;
+            print(&found.render(format, all))?;
+            Ok(u8::from(found.moved_beyond()))
+        }
+        Command::Completions { shell, out } => completions(shell, &out),
         Command::Dossier { paper, out, lake } => {
             let text = report::dossier(&lake.lake, &paper)?;
             match out {
@@ -740,6 +790,24 @@ fn processor() -> String {
         || "unknown".to_owned(),
         |m| m.trim_start_matches([' ', '\t', ':']).to_owned(),
     )
+}
+
+fn completions(shell: Shell, out: &Path) -> Result<u8, Error> {
+    let mut command = Cli::command();
+    let shell = match shell {
+        Shell::Bash => clap_complete::Shell::Bash,
+        Shell::Zsh => clap_complete::Shell::Zsh,
+        Shell::Fish => clap_complete::Shell::Fish,
+        Shell::Man => {
+            std::fs::create_dir_all(out).map_err(|e| Error::io("create", out, e))?;
+            clap_mangen::generate_to(command, out).map_err(|e| Error::io("write to", out, e))?;
+            return Ok(0);
+        }
+    };
+    let mut text = Vec::new();
+    clap_complete::generate(shell, &mut command, "zonobench", &mut text);
+    print(&String::from_utf8_lossy(&text))?;
+    Ok(0)
 }
 
 /// The experiments of the user's files, or of the papers where there are none.

@@ -1,3 +1,4 @@
 //! The program `zonobench`.
 
 pub mod cli;
+pub mod diff;

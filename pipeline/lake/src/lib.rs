@@ -3,6 +3,7 @@
 //! Knows no mathematics and nothing of experiments. Every other crate of the pipeline stands on this one.
 
 pub mod bad_input;
+pub mod causes;
 pub mod decoded;
 pub mod digits;
 pub mod error;

@@ -371,7 +371,12 @@ pub fn canonical(value: &Value) -> String {
 }
 
 /// Where two JSON values differ: (path, old, new).
-fn differences(at: &str, old: &Value, new: &Value, out: &mut Vec<(String, String, String)>) {
+pub(crate) fn differences(
+    at: &str,
+    old: &Value,
+    new: &Value,
+    out: &mut Vec<(String, String, String)>,
+) {
     match (old, new) {
         (Value::Object(a), Value::Object(b)) => {
             let mut keys: Vec<&String> = a.keys().chain(b.keys()).collect();
