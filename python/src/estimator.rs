@@ -536,3 +536,24 @@ impl PyOnline {
         ))
     }
 }
+
+/// Seconds that `steps` steps of an `Online` take from Rust, with the same input and measurement each time: what the bench of
+/// overheads holds Python's against.
+#[pyfunction]
+pub fn _seconds_from_rust(
+    estimator: &Bound<'_, PyEstimator>,
+    u: Option<&Bound<'_, PyAny>>,
+    y: Option<&Bound<'_, PyAny>>,
+    steps: usize,
+) -> PyResult<f64> {
+    let of = estimator.get();
+    let (u, y) = (of.input(u)?, of.measurement(y)?);
+    let mut online = Online::new(of.estimator.clone());
+    let start = Instant::now();
+    for _ in 0..steps {
+        online
+            .step(&u, &y)
+            .map_err(|fault| of_estimation(estimator.py(), fault))?;
+    }
+    Ok(start.elapsed().as_secs_f64())
+}

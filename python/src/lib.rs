@@ -29,6 +29,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<estimator::PyBelief>()?;
     module.add_class::<estimator::PyOnline>()?;
     module.add_function(wrap_pyfunction!(estimator::_kinds, module)?)?;
+    module.add_function(wrap_pyfunction!(estimator::_seconds_from_rust, module)?)?;
     module.add_function(wrap_pyfunction!(track::_track, module)?)?;
     module.add_function(wrap_pyfunction!(track::_simulate, module)?)
 }

@@ -34,6 +34,22 @@ def test_a_run_as_a_polars_frame_and_an_arrow_table(run: zb.Track, cart: zb.Prob
     assert kalman.to_arrow()["lower"].null_count == 12
 
 
+def test_a_run_is_read_through_arrows_interface_and_nothing_stays_behind(run: zb.Track) -> None:
+    import gc
+
+    from zonobench import _arrow
+
+    pa, pl = pytest.importorskip("pyarrow"), pytest.importorskip("polars")
+    for _ in range(20):
+        table, frame = pa.table(run), pl.DataFrame(run)
+        assert table.to_pylist() == frame.to_dicts() and table.num_rows == 44
+        assert table["upper"].to_pylist()[-1] == run.updated.upper[-1, 1]
+    run.__arrow_c_stream__()
+    del table, frame
+    gc.collect()
+    assert not _arrow._held and not _arrow._capsules
+
+
 def test_a_lake_is_read_as_frames_with_units(program: str, tmp_path: Path) -> None:
     pytest.importorskip("polars")
     pytest.importorskip("pyarrow")

@@ -125,12 +125,16 @@ class Track:
         return frame.with_columns(polars.col("center", "lower", "upper").fill_nan(None))
 
     def to_arrow(self) -> Any:
-        """`columns` as an Arrow table, null where there is no number. Needs pyarrow."""
+        """`columns` as an Arrow table, null where there is no number. Needs pyarrow; other readers of Arrow take the run itself."""
         import pyarrow
 
-        columns = self.columns()
-        arrays = {k: pyarrow.array(v, from_pandas=isinstance(v, np.ndarray)) for k, v in columns.items()}
-        return pyarrow.table(arrays)
+        return pyarrow.table(self)
+
+    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
+        """`columns` through Arrow's PyCapsule interface: `polars.DataFrame(run)`, `pyarrow.table(run)`, DuckDB; no dependency."""
+        from . import _arrow
+
+        return _arrow.stream(self.columns())
 
     def plot(self, component: int = 0, ax: Any = None, **style: Any) -> Any:
         """Draws the tube of one component over k and returns the axes. Needs matplotlib."""
