@@ -122,7 +122,7 @@ impl PyEstimator {
             k: 0,
         }
     }
-    /// From the (updated, reduced) belief at k - 1 to the predicted one at k; u is u_{k-1}.
+    /// From the (updated, reduced) belief at k - 1 to the predicted one at k >= 1; u is u_{k-1}.
     #[pyo3(signature = (k, belief, u=None))]
     fn predict(
         &self,
@@ -131,6 +131,11 @@ impl PyEstimator {
         belief: &Bound<'_, PyBelief>,
         u: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyBelief> {
+        if k == 0 {
+            return Err(error(
+                "k: expected at least 1, the step that is predicted, got 0",
+            ));
+        }
         let (u, before) = (self.input(u)?, &belief.get().belief);
         let belief = py.detach(|| self.estimator.predict(k, before, &u));
         Ok(PyBelief {

@@ -213,6 +213,7 @@ def attempts() -> Iterator[tuple[str, Callable[[], Any]]]:
         ("step with u", lambda: zb.Online(EST).step([1.0], [0.0, 0.0])),
         ("foreign belief", lambda: EST.update(0, EST_U.prior(), None, [0, 0])),
         ("predict of nothing", lambda: EST.predict(1, None)),
+        ("predict to k = 0", lambda: EST.predict(0, EST.prior())),
         ("belief contains", lambda: EST.prior().contains([0.0])),
         ("belief outline", lambda: EST.prior().outline(0, 9)),
         ("ellipsoid of a set", lambda: EST.prior().ellipsoid(0.01)),
