@@ -1,11 +1,12 @@
 //! One target, one attack, one run: who was lost.
 
 use crate::adversary::{Attack, choose};
-use crate::targets::Target;
+use crate::targets::{Own, Target};
 use zonobench_estimation::estimator::Containment;
 use zonobench_estimation::simulate::{InitialState, Inputs, Noise, SimulationError, Truth};
 use zonobench_estimation::{
-    AnyBelief, AnyEstimator, Belief, EstimationError, Trajectory, simulate, track,
+    AnyBelief, AnyEstimator, Belief, EstimationError, EstimatorSettings, Problem, Trajectory,
+    simulate, track,
 };
 use zonobench_sets::{Interval, SetError};
 
@@ -54,47 +55,91 @@ impl Counts {
 /// cannot be simulated, its estimator not be made, or a step fails otherwise than by an empty set, a refusal or a set that
 /// leaves the model's domain; the text says which.
 pub fn attack(target: &Target, attack: Attack, run: u64) -> Result<Counts, String> {
-    let failed = |what: &str, e: &dyn std::fmt::Display| {
-        let (name, system) = (target.name, target.system);
-        format!(
-            "{name} on {system}, {}, run {run}: {what}: {e}",
-            attack.name()
-        )
-    };
-    let problem = (target.problem)(target.seed(), run);
-    let settings = serde_json::from_str(target.settings).map_err(|e| failed("settings", &e))?;
-    let estimator = AnyEstimator::new(&settings, &problem).map_err(|e| failed("estimator", &e))?;
-    let steps = target.steps;
-    let inputs = vec![target.input.to_vec(); steps + 1];
-    let seed = target.seed() ^ (attack as u64 + 1);
-    let inside = target.inside;
-    let choice = choose(
-        attack,
-        &estimator,
-        &problem,
-        &inputs,
-        inside,
-        (seed, run),
-        steps,
-    );
-    let delta = Truth::assumed_delta(&problem.system);
-    let truth = Truth {
-        x0: InitialState::Point(choice.x0),
-        w: Noise::Data(choice.w),
-        v: Noise::Data(choice.v),
-        delta,
-    };
-    let inputs = Inputs::Data(inputs);
-    let simulated = |steps| simulate(&problem.system, &truth, &inputs, seed, run, steps);
-    let data = match simulated(steps) {
-        Err(SimulationError::Diverged { k, .. }) => simulated(k.saturating_sub(1)),
-        other => other,
-    };
-    let data = data.map_err(|e| failed("simulation", &e))?;
-    // A state that leaves for infinity is followed as far as its sets mean something.
-    let far = |x: &Vec<f64>| x.iter().any(|x| x.abs() > FAR);
-    let end = data.x.iter().position(far).unwrap_or(data.x.len());
-    judge(&estimator, &data, end).map_err(|e| failed("step", &e))
+    let settings = serde_json::from_str(target.settings)
+        .map_err(|e| format!("{} on {}: settings: {e}", target.name, target.system))?;
+    Battle {
+        name: target.name,
+        system: target.system,
+        settings: &settings,
+        problem: &(target.problem)(target.seed(), run),
+        inputs: vec![target.input.to_vec(); target.steps + 1],
+        inside: target.inside,
+        seed: target.seed(),
+    }
+    .fought(attack, run)
+}
+
+/// Run `run` of `attack` against an estimator on a problem of a user's own; as [`attack()`].
+pub fn attack_own(own: &Own, attack: Attack, run: u64) -> Result<Counts, String> {
+    Battle {
+        name: &own.estimator,
+        system: &own.system,
+        settings: &own.settings,
+        problem: &own.problem,
+        inputs: own.inputs.clone(),
+        inside: INSIDE_OF_OWN,
+        seed: own.seed(),
+    }
+    .fought(attack, run)
+}
+
+/// The share of the bounds that is used of problems that we do not know: room for the rounding of a measurement that is
+/// 10⁶ times as large as its noise.
+const INSIDE_OF_OWN: f64 = 1.0 - 1e-9;
+
+/// An estimator, a problem, and what drives it.
+struct Battle<'a> {
+    name: &'a str,
+    system: &'a str,
+    settings: &'a EstimatorSettings,
+    problem: &'a Problem,
+    inputs: Vec<Vec<f64>>,
+    inside: f64,
+    seed: u64,
+}
+
+impl Battle<'_> {
+    fn fought(self, attack: Attack, run: u64) -> Result<Counts, String> {
+        let failed = |what: &str, e: &dyn std::fmt::Display| {
+            let (name, system) = (self.name, self.system);
+            format!(
+                "{name} on {system}, {}, run {run}: {what}: {e}",
+                attack.name()
+            )
+        };
+        let problem = self.problem;
+        let estimator =
+            AnyEstimator::new(self.settings, problem).map_err(|e| failed("estimator", &e))?;
+        let steps = self.inputs.len() - 1;
+        let seed = self.seed ^ (attack as u64 + 1);
+        let choice = choose(
+            attack,
+            &estimator,
+            problem,
+            &self.inputs,
+            self.inside,
+            (seed, run),
+            steps,
+        );
+        let delta = Truth::assumed_delta(&problem.system);
+        let truth = Truth {
+            x0: InitialState::Point(choice.x0),
+            w: Noise::Data(choice.w),
+            v: Noise::Data(choice.v),
+            delta,
+        };
+        let inputs = Inputs::Data(self.inputs.clone());
+        let simulated = |steps| simulate(&problem.system, &truth, &inputs, seed, run, steps);
+        let data = match simulated(steps) {
+            Err(SimulationError::Diverged { k, .. }) => simulated(k.saturating_sub(1)),
+            other => other,
+        };
+        let data = data.map_err(|e| failed("simulation", &e))?;
+        // A state that leaves for infinity is followed as far as its sets mean something.
+        let far = |x: &Vec<f64>| x.iter().any(|x| x.abs() > FAR);
+        let end = data.x.iter().position(far).unwrap_or(data.x.len());
+        judge(&estimator, &data, end).map_err(|e| failed("step", &e))
+    }
 }
 
 /// Tracks the data and judges every belief before step `end`.

@@ -21,8 +21,8 @@ mod targets;
 
 pub use adversary::Attack;
 pub use bits::bits;
-pub use campaign::{Counts, attack};
+pub use campaign::{Counts, attack, attack_own};
 pub use cases::{Case, cases};
 pub use rate::clopper_pearson_upper;
 pub use strips::{MARGINS, near_empty};
-pub use targets::{TARGETS, Target};
+pub use targets::{Own, TARGETS, Target};

@@ -2,7 +2,7 @@
 
 use zonobench_estimation::random::{Draws, Purpose};
 use zonobench_estimation::systems::Linear;
-use zonobench_estimation::{AnySystem, Problem, Uncertain};
+use zonobench_estimation::{AnySystem, EstimatorSettings, Problem, Uncertain};
 use zonobench_sets::Matrix;
 
 /// An estimator and the problems it is attacked on.
@@ -36,11 +36,38 @@ pub struct Target {
 impl Target {
     /// Targets of one system share their problems and differ in nothing but the estimator.
     pub(crate) fn seed(&self) -> u64 {
-        // FNV-1a, shifted to leave room for the attack.
-        let hash = self.system.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| {
-            (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3)
-        });
-        hash << 8
+        seed_of(self.system)
+    }
+}
+
+/// The seed of a family of problems.
+fn seed_of(system: &str) -> u64 {
+    // FNV-1a, shifted to leave room for the attack.
+    let hash = system.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| {
+        (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3)
+    });
+    hash << 8
+}
+
+/// One problem of a user's own, and a guaranteed estimator of it.
+#[derive(Clone, Debug)]
+pub struct Own {
+    /// What the problem is called.
+    pub system: String,
+    /// What the estimator is called.
+    pub estimator: String,
+    /// Its settings.
+    pub settings: EstimatorSettings,
+    /// What it is told.
+    pub problem: Problem,
+    /// u_0 … u_N; N is the last step.
+    pub inputs: Vec<Vec<f64>>,
+}
+
+impl Own {
+    /// Problems of one name see the same noise.
+    pub(crate) fn seed(&self) -> u64 {
+        seed_of(&self.system)
     }
 }
 

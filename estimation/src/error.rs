@@ -2,6 +2,7 @@
 
 use crate::ProblemError;
 use zonobench_sets::SetError;
+pub use zonobench_sets::error::shortest;
 
 /// What can go wrong in a system or an estimator.
 ///
@@ -91,7 +92,7 @@ pub enum EstimationError {
         got: usize,
     },
     /// A coefficient, an input or a measurement is NaN or infinite.
-    #[error("{what}: expected finite numbers, got {value}")]
+    #[error("{what}: expected finite numbers, got {}", shortest(*.value))]
     NotFinite {
         /// What holds it.
         what: &'static str,
@@ -181,15 +182,6 @@ impl EstimationError {
     }
 }
 
-/// `x` in as few digits as it needs, with an exponent where it is very small or very large.
-pub fn shortest(x: f64) -> String {
-    let size = x.abs();
-    match size == 0.0 || !size.is_finite() || (1e-4..1e15).contains(&size) {
-        true => format!("{x}"),
-        false => format!("{x:e}"),
-    }
-}
-
 /// Fails unless `v` has `n` entries, all finite.
 pub(crate) fn finite_vector(
     what: &'static str,
@@ -212,15 +204,6 @@ pub(crate) fn finite_vector(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_are_short_and_keep_their_size() {
-        assert_eq!(shortest(-1e-8), "-1e-8");
-        assert_eq!(shortest(0.0), "0");
-        assert_eq!(shortest(-10.5), "-10.5");
-        assert_eq!(shortest(2.5e300), "2.5e300");
-        assert_eq!(shortest(f64::NAN), "NaN");
-    }
 
     #[test]
     fn a_setting_is_shown_short() {

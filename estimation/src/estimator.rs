@@ -367,7 +367,7 @@ const MIXED_KEYS: [&str; 7] = [
 
 estimators! {
     Kalman, KalmanSettings, Gaussian, "kalman", [];
-    BoxStateEst, BoxStateEstSettings, BoxWindow, "box-state-est", ["products"];
+    BoxStateEst, BoxStateEstSettings, BoxWindow, "box-state-est", ["products", "scale"];
     Ezgkf, EzgkfSettings, MixedBelief, "ezgkf", MIXED_KEYS;
     EzgkfM, EzgkfSettings, MixedBelief, "ezgkf-m", MIXED_KEYS;
     Ezgkp, EzgkpSettings, MixedBelief, "ezgkp",

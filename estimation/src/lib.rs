@@ -18,6 +18,8 @@ pub mod controller;
 pub mod error;
 pub mod estimator;
 pub mod estimators;
+pub mod growth;
+pub mod linearised;
 pub mod online;
 pub mod outline;
 pub mod problem;

@@ -124,7 +124,7 @@ fn facets_stay_as_few_as_they_may_be_over_a_thousand_steps_of_noise_on_vertices(
     for (problem, settings, steps) in [
         (unicycle(), r#"{"kind": "d-zb"}"#, 1000),
         (unicycle(), r#"{"kind": "lift"}"#, 1000),
-        (unicycle(), r#"{"kind": "comb"}"#, 40),
+        (unicycle(), r#"{"kind": "comb"}"#, 1000),
         (circling(), r#"{"kind": "d-zb"}"#, 30),
     ] {
         let path = simulated(&problem, steps, 3, true);

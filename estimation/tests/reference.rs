@@ -125,7 +125,10 @@ fn box_state_est_gives_the_boxes_of_scenario_a() {
     let (file, problem) = scenario_a();
     // For n = 2 both readings of the products agree.
     for products in [Products::Stacked, Products::Printed] {
-        let settings = EstimatorSettings::BoxStateEst(BoxStateEstSettings { products });
+        let settings = EstimatorSettings::BoxStateEst(BoxStateEstSettings {
+            products,
+            ..Default::default()
+        });
         let steps = run(&settings, &problem, &file.y);
         assert_eq!(steps.len(), 120);
         let mut widest: f64 = 0.0;

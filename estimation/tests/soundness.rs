@@ -30,7 +30,10 @@ fn guaranteed() -> Vec<EstimatorSettings> {
 }
 
 fn box_state_est(products: Products) -> EstimatorSettings {
-    EstimatorSettings::BoxStateEst(BoxStateEstSettings { products })
+    EstimatorSettings::BoxStateEst(BoxStateEstSettings {
+        products,
+        ..Default::default()
+    })
 }
 
 fn exact(x: f64) -> BigRational {

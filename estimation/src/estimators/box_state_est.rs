@@ -5,6 +5,7 @@
 //! intersected with what was predicted for now. All of it in outward-rounded interval arithmetic.
 
 use super::linear_output::check_measurement;
+use super::scale::Scale;
 use crate::error::finite_vector;
 use crate::estimator::{
     Belief, Containment, Estimator, Measurement, Phase, Shape, Size, box_contains,
@@ -13,7 +14,8 @@ use crate::system::LinearParts;
 use crate::{EstimationError, Problem, Uncertain};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::interval_matrix::{dot, real_dot};
-use zonobench_sets::{Interval, IntervalMatrix, IntervalVector, Matrix};
+use zonobench_sets::units::nearest_power;
+use zonobench_sets::{Interval, IntervalMatrix, IntervalVector, List, Matrix, SetError};
 
 const KIND: &str = "box-state-est";
 
@@ -36,6 +38,10 @@ pub struct BoxStateEstSettings {
     /// How the products with the stacked noise are read.
     #[serde(default)]
     pub products: Products,
+    /// In which units O* is the least-squares inverse: those of the measurements, as printed, or, with `prior`, the powers
+    /// of two nearest to the half-widths of v (of the row of C where v is 0) and of the prior.
+    #[serde(default, skip_serializing_if = "Scale::is_none")]
+    pub scale: Scale,
 }
 
 /// The box \[x_k\] with the window that the next boxes are made from: at most the last n steps of
@@ -113,6 +119,11 @@ impl Belief for BoxWindow {
 /// A measurement with missing components leaves the rows out that it lacks; where the rows that remain
 /// have not rank n, the correction is left out and \[x_k\] = \[x_k\]_p.
 ///
+/// # Units
+///
+/// Where O has more rows than columns, O* = (Oᵀ O)⁻¹ Oᵀ is a least-squares inverse, which compares measurements with each
+/// other: boxes depend on their units, and on those of x by rounding. With [`Scale::Prior`] they do not.
+///
 /// Source: [MeslemRamdani, algorithm Box-State-Est]. Departures: the stacked reading, the defect, and ≤ for < in
 /// its Eq. (4). The belief at k has read y_{k−n+1} … y_k, and through the intersections all before.
 #[derive(Clone, Debug)]
@@ -134,6 +145,48 @@ pub struct BoxStateEst {
     o_u: IntervalMatrix,
     inversion: Inversion,
     condition: f64,
+    units: Option<Units>,
+}
+
+/// Powers of two that O is measured in before it is inverted.
+#[derive(Clone, Debug)]
+struct Units {
+    /// Of the n components of x.
+    x: List<f64>,
+    /// Of the n_y components of y.
+    y: List<f64>,
+}
+
+impl Units {
+    fn of(
+        scale: Scale,
+        parts: &LinearParts,
+        problem: &Problem,
+        v: &IntervalVector,
+    ) -> Option<Self> {
+        let x = List::from(scale.units(&problem.prior).as_slice()?);
+        let row = |i: usize| {
+            let sizes = parts.c.row(i).iter().zip(&x).map(|(c, x)| (c * x).abs());
+            sizes.fold(0.0, f64::max)
+        };
+        let rad = v.rad();
+        let y = (0..v.dim()).map(|i| nearest_power(if rad[i] > 0.0 { rad[i] } else { row(i) }));
+        Some(Self { y: y.collect(), x })
+    }
+
+    /// diag(y)⁻¹ O diag(x), of these rows of O.
+    fn of_rows(&self, o: &Matrix, rows: &[usize]) -> Matrix {
+        Matrix::from_fn(o.rows(), o.cols(), |i, j| {
+            o[(i, j)] * self.x[j] / self.y[rows[i] % self.y.len()]
+        })
+    }
+
+    /// diag(x) Q diag(y)⁻¹ of the inverse in these units.
+    fn back(&self, q: &Matrix, rows: &[usize]) -> Matrix {
+        Matrix::from_fn(q.rows(), q.cols(), |i, j| {
+            q[(i, j)] * self.x[i] / self.y[rows[j] % self.y.len()]
+        })
+    }
 }
 
 /// An approximate left inverse and its defect.
@@ -179,7 +232,13 @@ impl BoxStateEst {
                 n,
             });
         }
-        let singular_values = o.mid().singular_values().map_err(&decomposed)?;
+        let units = Units::of(settings.scale, &parts, problem, &v);
+        let all: Vec<usize> = (0..n * ny).collect();
+        let measured = match &units {
+            Some(units) => units.of_rows(&o.mid(), &all),
+            None => o.mid(),
+        };
+        let singular_values = measured.singular_values().map_err(&decomposed)?;
         let condition = singular_values[0] / singular_values[n - 1];
         let b = IntervalMatrix::from(&parts.b);
         let input_steps: Vec<IntervalMatrix> = powers[..n.saturating_sub(1)]
@@ -199,8 +258,7 @@ impl BoxStateEst {
             let of_d = sum_of_products(products, &outputs[..i], &d, ny);
             noise.extend(v.iter().zip(of_d).map(|(&v, of_d)| v + of_d));
         }
-        let all: Vec<usize> = (0..n * ny).collect();
-        let inversion = Inversion::new(&o, &all)
+        let inversion = Inversion::new(&o, &all, units.as_ref())
             .map_err(EstimationError::at(
                 0,
                 "left inverse of the observability matrix",
@@ -223,10 +281,12 @@ impl BoxStateEst {
             o_u,
             inversion,
             condition,
+            units,
         })
     }
 
-    /// σ_max(O)/σ_min(O): by how much the inversion can magnify a relative error of the measurements.
+    /// σ_max(O)/σ_min(O), in the units of `scale`: by how much the inversion can magnify a relative error of the
+    /// measurements.
     pub fn condition(&self) -> f64 {
         self.condition
     }
@@ -282,7 +342,7 @@ impl BoxStateEst {
         let inversion = if rows.len() == belief.measurements.len() {
             &self.inversion
         } else {
-            let made = Inversion::new(&self.o, &rows);
+            let made = Inversion::new(&self.o, &rows, self.units.as_ref());
             match made.map_err(EstimationError::at(k, "left inverse of the measured rows"))? {
                 Some(made) => {
                     partial = made;
@@ -416,7 +476,11 @@ impl Estimator for BoxStateEst {
 
 impl Inversion {
     /// For the rows of O with these indices; None if their rank is below n.
-    fn new(o: &IntervalMatrix, rows: &[usize]) -> Result<Option<Self>, zonobench_sets::SetError> {
+    fn new(
+        o: &IntervalMatrix,
+        rows: &[usize],
+        units: Option<&Units>,
+    ) -> Result<Option<Self>, SetError> {
         let n = o.cols();
         if rows.len() < n {
             return Ok(None);
@@ -425,7 +489,13 @@ impl Inversion {
         if o.mid().rank()? < n {
             return Ok(None);
         }
-        let q = o.mid().pseudo_inverse()?;
+        let q = match units {
+            None => o.mid().pseudo_inverse()?,
+            Some(units) => {
+                let inverse = units.of_rows(&o.mid(), rows).pseudo_inverse()?;
+                units.back(&inverse, rows)
+            }
+        };
         let defect = IntervalMatrix::identity(n).sub(&o.left_mul(&q));
         Ok(Some(Self {
             q,

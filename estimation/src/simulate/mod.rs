@@ -68,7 +68,7 @@ pub enum SimulationError {
         attempts: usize,
     },
     /// The state is NaN or infinite.
-    #[error("run {run}: the state is no longer finite at step {k}")]
+    #[error("the state is no longer finite at step {k}")]
     Diverged {
         /// The run.
         run: u64,

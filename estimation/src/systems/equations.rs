@@ -4,6 +4,7 @@
 //! text alone. What is guaranteed is about the discrete model: with `rate`, about the method's step and not about the
 //! differential equation.
 
+mod insight;
 mod syntax;
 mod tape;
 
@@ -19,6 +20,7 @@ use tape::{Coefficients, Scalar, Tape, Value, Writer};
 use zonobench_sets::number::Real;
 use zonobench_sets::{Interval, IntervalVector, Matrix};
 
+pub use insight::{Dependence, Term};
 pub use syntax::{LARGEST_DEPTH, LARGEST_TEXT, is_name};
 pub use tape::LARGEST_TAPE;
 
@@ -164,6 +166,7 @@ impl Equations {
     pub fn new(source: Source) -> Result<Self, Fault> {
         let reader = Reader::new(&source)?;
         let (next, output) = (reader.next()?, reader.output()?);
+        reader.check_unused()?;
         let linear = linear(&source, &next, &output);
         let (texts, warnings) = (reader.names(), reader.warnings());
         Ok(Self(Arc::new(Read {
@@ -181,7 +184,8 @@ impl Equations {
         &self.0.source
     }
 
-    /// What could be written tighter: `x*x` where `x^2` is meant.
+    /// What is right and perhaps not meant: `x*x` where `x^2` is tighter, a name that no equation uses, a state that
+    /// keeps its first value.
     pub fn warnings(&self) -> &[Fault] {
         &self.0.warnings
     }
@@ -455,34 +459,6 @@ impl<'a> Reader<'a> {
         .concat()
     }
 
-    fn warnings(&self) -> Vec<Fault> {
-        let texts = self
-            .definitions
-            .iter()
-            .chain(&self.motion)
-            .chain(&self.output);
-        let mut warnings = Vec::new();
-        for ((table, name), terms) in self.names().into_iter().zip(texts) {
-            for (term, range) in &terms.list {
-                if let syntax::Term::Mul(a, b) = term
-                    && let (syntax::Term::Name(a), syntax::Term::Name(b)) =
-                        (&terms.list[*a].0, &terms.list[*b].0)
-                    && a == b
-                {
-                    let part = Part::Text(table, name.clone(), range.clone());
-                    let why =
-                        "which forgets that both factors are the same: its enclosure is wider";
-                    warnings.push(table_fault(
-                        part,
-                        format!("{a}^2"),
-                        format!("{a}*{a}, {why}"),
-                    ));
-                }
-            }
-        }
-        warnings
-    }
-
     /// x⁺ as a tape over x and w.
     fn next(&self) -> Result<Tape, Fault> {
         let source = self.source;
@@ -617,12 +593,8 @@ impl<'a> Reader<'a> {
     fn named(&self, texts: &[Terms]) -> Vec<usize> {
         let mut wanted = vec![false; self.definitions.len()];
         let mark = |terms: &Terms, wanted: &mut Vec<bool>| {
-            for (term, _) in &terms.list {
-                if let syntax::Term::Name(name) = term
-                    && let Some(Meaning::Definition(i)) = self.meanings.get(name.as_str())
-                {
-                    wanted[*i] = true;
-                }
+            for i in self.definitions_of(terms) {
+                wanted[i] = true;
             }
         };
         texts.iter().for_each(|terms| mark(terms, &mut wanted));
@@ -667,7 +639,7 @@ impl<'a> Reader<'a> {
                 )),
                 (Some(Meaning::Parameter(p)), _) => Ok(Value::constant(*p)),
                 (Some(Meaning::Definition(i)), _) => {
-                    defined[*i].ok_or_else(|| wrong("a name that stands above it in let".into()))
+                    defined[*i].ok_or_else(|| self.not_above(text, *i, range))
                 }
                 (None, _) => match name {
                     "pi" => Ok(Value::constant(std::f64::consts::PI)),
@@ -686,6 +658,61 @@ impl<'a> Reader<'a> {
         writer
             .write(text, terms, of_name)
             .map_err(|wrong| self.fault(&(text, 0..0), wrong))
+    }
+
+    /// The fault of definition `text` that names definition `i`, which does not stand above it: in a circle, or below.
+    fn not_above(&self, text: usize, i: usize, range: &Range<usize>) -> Wrong {
+        let name = |i: usize| self.source.definitions[i].0.as_str();
+        match self.path(i, text) {
+            Some(path) => {
+                let circle: Vec<&str> = [text].iter().chain(&path).map(|i| name(*i)).collect();
+                let got = format!("{} in a circle", circle.join(" -> "));
+                Wrong::new(range.clone(), "a definition that does not need itself", got)
+            }
+            None => {
+                let got = format!("{:?}, which stands below it", name(i));
+                Wrong::new(range.clone(), "a name that stands above it in let", got)
+            }
+        }
+    }
+
+    /// Definitions from `from` to `to`, each of which names the next.
+    fn path(&self, from: usize, to: usize) -> Option<Vec<usize>> {
+        let mut before: Vec<Option<usize>> = vec![None; self.definitions.len()];
+        let mut open = vec![from];
+        let mut seen = vec![false; self.definitions.len()];
+        while let Some(at) = open.pop() {
+            if at == to {
+                let mut path = vec![to];
+                while let Some(previous) = path.last().and_then(|last| before[*last]) {
+                    path.push(previous);
+                }
+                path.reverse();
+                return Some(path);
+            }
+            if std::mem::replace(&mut seen[at], true) {
+                continue;
+            }
+            for i in self.definitions_of(&self.definitions[at]) {
+                if !seen[i] {
+                    before[i] = Some(at);
+                    open.push(i);
+                }
+            }
+        }
+        None
+    }
+
+    /// The definitions that a text names.
+    fn definitions_of(&self, terms: &Terms) -> Vec<usize> {
+        let of = |(term, _): &(syntax::Term, Range<usize>)| match term {
+            syntax::Term::Name(name) => match self.meanings.get(name.as_str()) {
+                Some(Meaning::Definition(i)) => Some(*i),
+                _ => None,
+            },
+            _ => None,
+        };
+        terms.list.iter().filter_map(of).collect()
     }
 
     fn known(&self) -> Vec<String> {

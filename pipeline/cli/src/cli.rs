@@ -1,6 +1,6 @@
 //! The command line.
 
-use crate::diff;
+use crate::{diff, new};
 use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use rayon::prelude::*;
 use std::io::{BufWriter, ErrorKind, IsTerminal as _, Write as _};
@@ -16,8 +16,9 @@ use zonobench_evidence::attack::{self, Size};
 use zonobench_evidence::count::text as counts_text;
 use zonobench_evidence::ledger;
 use zonobench_lab::experiment::Experiment;
+use zonobench_lab::outlook;
 use zonobench_lab::recorded;
-use zonobench_lab::tracking::{self, Tracked};
+use zonobench_lab::tracking::{self, MOST_FOLDED, Tracked};
 use zonobench_lake::error::Error;
 use zonobench_lake::lake;
 use zonobench_lake::numbers;
@@ -54,6 +55,28 @@ enum Command {
     /// Exit code 0: done, every published row has a verdict and no guarantee is violated ("differs" is a
     /// finding, not a failure); 1: something failed or a guarantee is violated; 2: bad usage.
     ReproduceAll(Reproduce),
+    /// Write an experiment file to start from: commented, and it runs as it is
+    ///
+    /// For example: zonobench new pendulum.toml, then zonobench check pendulum.toml, then zonobench run pendulum.toml.
+    New {
+        /// The file; its name becomes the experiment's
+        file: PathBuf,
+        /// What it is about
+        #[arg(long, value_enum, default_value = "equations")]
+        system: new::System,
+        /// Write over a file that is there
+        #[arg(long)]
+        force: bool,
+    },
+    /// Say what was understood of an experiment file; nothing runs, nothing is written
+    ///
+    /// Dimensions, names and units; what is linear in what; the Jacobian at the center of the prior; which estimators apply, and why
+    /// the others do not; how many rows and how much memory a run takes. Of a sweep, the first experiment is shown.
+    /// Exit code 0: it would run, though there may be warnings; 2: it would not, and the place is shown.
+    Check {
+        /// The experiment file
+        file: PathBuf,
+    },
     /// Run your own experiment files through the same stages
     Run {
         /// Experiment files (see the README for their form)
@@ -326,6 +349,21 @@ fn print(text: &str) -> Result<(), Error> {
 fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
     match command {
         Command::ReproduceAll(options) => reproduce_all(&options, verbosity),
+        Command::New {
+            file,
+            system,
+            force,
+        } => {
+            new::write(&file, system, force)?;
+            if verbosity != Verbosity::Quiet {
+                let file = file.display();
+                print(&format!(
+                    "{file} is written. Try:\n  zonobench check {file}\n  zonobench run {file}\n"
+                ))?;
+            }
+            Ok(0)
+        }
+        Command::Check { file } => check(&file),
         Command::Run { files, lake, jobs } => run_files(&files, &lake.lake, jobs, verbosity),
         Command::Track {
             file,
@@ -347,12 +385,12 @@ fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
             dot,
             lake,
         } => {
-            let papers = if files.is_empty() {
-                papers::load(&paper)?
-            } else {
-                Vec::new()
+            let (papers, gallery) = match files.is_empty() {
+                true => published(&paper)?,
+                false => (Vec::new(), Vec::new()),
             };
-            plan(&experiments(&files, &paper)?, &papers, dot, &lake.lake)
+            let experiments = experiments(&files, &paper)?;
+            plan(&experiments, &papers, &gallery, dot, &lake.lake)
         }
         Command::Explain {
             target,
@@ -456,6 +494,21 @@ fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
     }
 }
 
+/// The papers named and, if it is, the gallery; all if none is named.
+fn published(wanted: &[String]) -> Result<(Vec<Paper>, Vec<Arc<Experiment>>), Error> {
+    let (of_gallery, of_papers): (Vec<String>, Vec<String>) =
+        wanted.iter().cloned().partition(|w| w == papers::GALLERY);
+    let papers = match wanted.is_empty() || !of_papers.is_empty() {
+        true => papers::load(&of_papers)?,
+        false => Vec::new(),
+    };
+    let gallery = match wanted.is_empty() || !of_gallery.is_empty() {
+        true => papers::gallery()?,
+        false => Vec::new(),
+    };
+    Ok((papers, gallery))
+}
+
 /// The most threads that `--jobs` takes: more than any machine has use for, fewer than any refuses.
 const MOST_THREADS: usize = 1024;
 
@@ -499,9 +552,10 @@ fn run_all(
 
 fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error> {
     let start = Instant::now();
-    let mut papers = papers::load(&options.paper)?;
+    let (mut papers, mut gallery) = published(&options.paper)?;
     if options.quick {
         papers = papers.into_iter().map(Paper::quick).collect();
+        gallery = gallery.iter().map(|e| Arc::new(e.quick())).collect();
     }
     let (scale, size) = if options.quick {
         (Scale::Quick, Size::Quick)
@@ -511,15 +565,20 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
     let default = if options.quick { "lake-quick" } else { "lake" };
     let lake = options.lake.clone().unwrap_or_else(|| default.into());
     let store = Store::open(&lake)?;
-    let experiments: Vec<Arc<Experiment>> =
-        papers.iter().flat_map(|p| p.experiments.clone()).collect();
+    let of_papers = papers.iter().flat_map(|p| &p.experiments);
+    let experiments: Vec<Arc<Experiment>> = of_papers.chain(&gallery).cloned().collect();
     let attacks = |p: &Paper| {
         let systems = attack::systems(&p.name).into_iter();
         systems
             .map(|s| attack::units(&p.name, s, size))
             .sum::<u64>()
     };
-    let total = work(&experiments) + papers.iter().map(attacks).sum::<u64>();
+    let own: Vec<u64> = gallery
+        .iter()
+        .map(|e| engine::own_units(e, size))
+        .collect::<Result<_, _>>()?;
+    let attacked = papers.iter().map(attacks).chain(own);
+    let total = work(&experiments) + attacked.sum::<u64>();
     let progress = Progress::new(verbosity, total);
     let pool = threads(options.jobs)?;
     let finished = pool.install(|| run_all(&store, &experiments, &progress))?;
@@ -535,8 +594,16 @@ fn reproduce_all(options: &Reproduce, verbosity: Verbosity) -> Result<u8, Error>
         progress.stage(name, "attacks");
         files.extend(pool.install(|| engine::attack(&store, name, size, &progress))?);
     }
+    let of_gallery = || {
+        let one = |e: &Arc<Experiment>| engine::attack_own(&store, e, size, &progress);
+        gallery.par_iter().map(one).collect::<Result<Vec<_>, _>>()
+    };
+    files.extend(pool.install(of_gallery)?);
     progress.clear();
-    let names: Vec<&str> = papers.iter().map(|p| p.name.as_str()).collect();
+    let mut names: Vec<&str> = papers.iter().map(|p| p.name.as_str()).collect();
+    if !gallery.is_empty() {
+        names.push(papers::GALLERY);
+    }
     pool.install(|| lake::publish(&lake, files, |paper, _| names.contains(&paper)))?;
     for f in &finished {
         engine::write_timings(&lake, f)?;
@@ -592,6 +659,11 @@ fn track(all: &[Tracked], verbosity: Verbosity) -> Result<u8, Error> {
             if !tracked.left_out.is_empty() {
                 let metrics = tracked.left_out.join(", ");
                 out += &format!("{id}: left out, because they need the truth: {metrics}\n");
+            }
+            if tracked.too_long {
+                out += &format!(
+                    "{id}: no metrics, because the recording has more than {MOST_FOLDED} steps\n"
+                );
             }
             let (steps, folder) = (tracked.steps, tracked.out.display());
             out += &format!("{id}: k = 0 to {steps}; see {folder}/estimates.parquet\n");
@@ -681,6 +753,43 @@ fn flag(lake: &Path) -> String {
     }
 }
 
+/// What was understood of an experiment file.
+fn check(file: &Path) -> Result<u8, Error> {
+    let experiments = Experiment::load(file)?;
+    let mut out = String::new();
+    if let Some(first) = experiments.first() {
+        out += &outlook::text(first);
+    }
+    if let [_, others @ ..] = &experiments[..]
+        && !others.is_empty()
+    {
+        let names: Vec<&str> = others
+            .iter()
+            .take(MOST_TOLD)
+            .map(|e| e.id.as_str())
+            .collect();
+        let more = match others.len().checked_sub(MOST_TOLD) {
+            Some(n) if n > 0 => format!(" and {n} more"),
+            _ => String::new(),
+        };
+        out += &format!("and by sweep or case: {}{more}\n", names.join(", "));
+    }
+    print(&out)?;
+    warn(file);
+    Ok(0)
+}
+
+/// Tells what is right in a file and perhaps not meant.
+fn warn(file: &Path) {
+    let warnings = Experiment::warnings(file);
+    for warning in warnings.iter().take(MOST_TOLD) {
+        eprintln!("warning: {warning}");
+    }
+    if let Some(more) = warnings.len().checked_sub(MOST_TOLD).filter(|&n| n > 0) {
+        eprintln!("{} more warnings", more);
+    }
+}
+
 /// The experiments of the user's files, whose names differ.
 fn load(files: &[PathBuf]) -> Result<Vec<Arc<Experiment>>, Error> {
     let mut experiments: Vec<(Arc<Experiment>, &Path)> = Vec::new();
@@ -713,6 +822,9 @@ fn run_files(
 ) -> Result<u8, Error> {
     let start = Instant::now();
     let experiments = load(files)?;
+    if verbosity != Verbosity::Quiet {
+        files.iter().for_each(|file| warn(file));
+    }
     let store = Store::open(lake)?;
     let progress = Progress::new(verbosity, work(&experiments));
     let pool = threads(jobs)?;
@@ -813,10 +925,9 @@ fn completions(shell: Shell, out: &Path) -> Result<u8, Error> {
 /// The experiments of the user's files, or of the papers where there are none.
 fn experiments(files: &[PathBuf], papers: &[String]) -> Result<Vec<Arc<Experiment>>, Error> {
     if files.is_empty() {
-        Ok(papers::load(papers)?
-            .into_iter()
-            .flat_map(|paper| paper.experiments)
-            .collect())
+        let (papers, gallery) = published(papers)?;
+        let of_papers = papers.into_iter().flat_map(|paper| paper.experiments);
+        Ok(of_papers.chain(gallery).collect())
     } else {
         load(files)
     }
@@ -825,6 +936,7 @@ fn experiments(files: &[PathBuf], papers: &[String]) -> Result<Vec<Arc<Experimen
 fn plan(
     experiments: &[Arc<Experiment>],
     papers: &[Paper],
+    gallery: &[Arc<Experiment>],
     dot: bool,
     lake: &Path,
 ) -> Result<u8, Error> {
@@ -838,7 +950,11 @@ fn plan(
         .iter()
         .map(|e| (Some(e), engine::plan(&store, e)));
     let of_papers = papers.iter().map(|p| (None, engine::plan_paper(&store, p)));
-    for (experiment, planned) in of_experiments.chain(of_papers) {
+    let mut attacks = Vec::new();
+    for e in gallery {
+        attacks.push((None, vec![engine::plan_own(&store, e)?]));
+    }
+    for (experiment, planned) in of_experiments.chain(of_papers).chain(attacks) {
         if dot {
             out += &match experiment {
                 Some(experiment) => engine::dot(experiment, &planned),
@@ -889,7 +1005,11 @@ fn explain(wanted: &str, files: &[PathBuf], lake: &Path) -> Result<u8, Error> {
         planned.push(engine::plan(&store, &experiment));
     }
     if files.is_empty() {
-        for paper in papers::load(&[paper])? {
+        let (papers, gallery) = published(&[paper])?;
+        for e in &gallery {
+            planned.push(vec![engine::plan_own(&store, e)?]);
+        }
+        for paper in papers {
             known.push(format!("{}/-", paper.name));
             planned.push(engine::plan_paper(&store, &paper));
         }

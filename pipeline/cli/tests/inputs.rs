@@ -39,7 +39,7 @@ impl Bits {
 }
 
 /// What a value is replaced by.
-const VALUES: [&str; 28] = [
+const VALUES: [&str; 34] = [
     "0",
     "-1",
     "1",
@@ -68,6 +68,12 @@ const VALUES: [&str; 28] = [
     "{ law = \"uniform\" }",
     "[0, 0]",
     "\"\\u0000\"",
+    "\"x1 + x2*(w1 - 1)^2\"",
+    "\"p/(T - T)\"",
+    "\"ln(-1)\"",
+    "\"((((-\"",
+    "\"sin sin(\"",
+    "\"m/s2\"",
 ];
 
 /// `text` with something changed: a line, a value, a key, a few bytes.

@@ -7,7 +7,7 @@ use program::{Folder, Outcome};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::path::Path;
-use zonobench_lake::rows::{Belief, Estimate, EstimatorInfo};
+use zonobench_lake::rows::{Belief, Estimate, EstimatorInfo, Metric};
 use zonobench_lake::table::{self, Row};
 
 /// Absolute; outward rounding, another order of summation and another eigenvalue routine move these
@@ -609,7 +609,9 @@ fn what_the_file_asks_for_is_given_as_far_as_no_truth_is_needed() {
         "t.toml",
         format!(
             "{TWO}\n[[metric]]\nname = \"rmse\"\n\n[[metric]]\nname = \"contains\"\nid = \"inside\"\n\n\
-             [[metric]]\nname = \"area\"\nfrom = 500\n\n[output]\nsets = [0, 2, 1000]\ntraces = true\n"
+             [[metric]]\nname = \"area\"\nfrom = 500\n\n[[metric]]\nname = \"width\"\nfrom = 1\n\n\
+             [[metric]]\nname = \"center_inside\"\nwithin = \"box\"\n\n\
+             [output]\nsets = [0, 2, 1000]\ntraces = true\n"
         ),
     );
     folder.write("y.csv", "k,y1,y2\n0,1.0,1.0\n1,1.1,0.8\n2,1.2,0.64\n");
@@ -640,6 +642,44 @@ fn what_the_file_asks_for_is_given_as_far_as_no_truth_is_needed() {
         volumes("kf").iter().all(|&there| !there),
         "a Kalman filter has no set"
     );
+    // Metrics are the means over the recording that the estimates' own numbers give.
+    let metrics: Vec<Metric> = table::read(&folder.path("out/metrics.parquet")).unwrap();
+    let value = |estimator: &str, metric: &str, component: Option<&str>| {
+        let mut of = metrics.iter().filter(|m| {
+            (&*m.estimator, &*m.metric, m.component.as_deref()) == (estimator, metric, component)
+        });
+        let found = of.next().map(|m| (m.run, m.value.unwrap()));
+        assert!(of.next().is_none());
+        found
+    };
+    let estimates: Vec<Estimate> = table::read(&folder.path("out/estimates.parquet")).unwrap();
+    let widths = estimates.iter().filter(|e| {
+        (&*e.estimator, &*e.phase, &*e.component) == ("box", "updated", "x1") && e.k >= 1
+    });
+    let widths: Vec<f64> = widths
+        .map(|e| e.upper.unwrap() - e.lower.unwrap())
+        .collect();
+    assert_eq!(widths.len(), 2);
+    assert_eq!(
+        value("box", "width", Some("x1")),
+        Some((0, (widths[0] + widths[1]) / 2.0))
+    );
+    assert_eq!(value("kf", "width", Some("x1")), None);
+    assert_eq!(
+        value("kf", "center_inside", None).map(|(run, _)| run),
+        Some(0)
+    );
+    assert_eq!(
+        value("box", "area", None),
+        None,
+        "K is beyond the recording"
+    );
+    let truth = |m: &Metric| matches!(&*m.metric, "rmse" | "inside");
+    assert!(!metrics.iter().any(truth));
+    // A run that writes none leaves none of another run behind.
+    folder.write("t.toml", TWO);
+    tracked(&folder, &[]);
+    Written::read(&folder, "out");
 }
 
 #[test]
@@ -677,6 +717,20 @@ fn the_last_input_is_asked_for_only_where_it_is_measured() {
 #[test]
 fn a_pipe_is_read_once_and_what_has_no_end_is_refused() {
     let folder = Folder::new();
+    let endless = [
+        "track",
+        "/dev/zero",
+        "--measurements",
+        "y.csv",
+        "--out",
+        "out",
+    ];
+    for arguments in [&endless[..], &["run", "/dev/zero"]] {
+        folder
+            .run(arguments)
+            .ends_with(2)
+            .says(&["/dev/zero: expected at most 16777216 bytes, got more"]);
+    }
     folder.write(
         "t.toml",
         format!("{TWO}\n[sweep]\n\"estimator.mixed.phi\" = [4, 8]\n"),

@@ -11,7 +11,11 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use zonobench_attack::Own;
+use zonobench_estimation::simulate::simulate as simulated;
+use zonobench_estimation::{AnyEstimator, Estimator as _};
 use zonobench_evidence::{attack, claims, count};
+use zonobench_lab::experiment::EstimatorSpec;
 use zonobench_lab::stage::ending::{self, Ending};
 use zonobench_lab::stage::estimate::Job;
 use zonobench_lab::stage::{Experiment, Recordings, estimate, reduce, simulate, trace};
@@ -262,6 +266,66 @@ pub fn attack(
         copy(path, "attack", &artifact, attack::FILE)
     };
     attack::systems(paper).into_iter().map(one).collect()
+}
+
+/// The guaranteed estimators of an experiment, to be attacked on its problem under its inputs.
+pub fn owns(experiment: &Experiment) -> Result<Vec<Own>, Error> {
+    let e = experiment;
+    let driven = simulated(&e.problem.system, &e.truth, &e.inputs, e.seed, 0, e.steps);
+    let inputs = driven
+        .map_err(|source| Error::Simulation {
+            experiment: e.name(),
+            run: 0,
+            source: Box::new(source),
+        })?
+        .u;
+    let own = |spec: &EstimatorSpec| {
+        let made = AnyEstimator::new(&spec.settings, &spec.problem);
+        let is_guaranteed = made.is_ok_and(|estimator| estimator.guaranteed());
+        is_guaranteed.then(|| Own {
+            system: e.name(),
+            estimator: spec.id.clone(),
+            settings: spec.settings.clone(),
+            problem: spec.problem.clone(),
+            inputs: inputs.clone(),
+        })
+    };
+    Ok(e.estimators.iter().filter_map(own).collect())
+}
+
+/// How many units [`attack_own`] runs.
+pub fn own_units(experiment: &Experiment, size: attack::Size) -> Result<u64, Error> {
+    Ok(attack::own_units(&owns(experiment)?, size))
+}
+
+/// Attacks (or finds attacked) the guaranteed estimators of an experiment on its own problem.
+pub fn attack_own(
+    store: &Store,
+    experiment: &Experiment,
+    size: attack::Size,
+    progress: &Progress,
+) -> Result<Publication<'static>, Error> {
+    let owns = owns(experiment)?;
+    let (target, name) = (target(experiment, "attack", None), experiment.name());
+    let (artifact, made) = store.run(
+        &target,
+        code::of(zonobench_evidence::CRATE),
+        &attack::own_input(&owns, size),
+        |dir| attack::make_own(&owns, size, dir, &|n| progress.advance(&name, "attack", n)),
+    )?;
+    if !made {
+        progress.advance(&name, "attack", attack::own_units(&owns, size));
+    }
+    let path = table_path("attack", &experiment.paper, &experiment.id);
+    copy(path, "attack", &artifact, attack::FILE)
+}
+
+/// Whether [`attack_own`] would run.
+pub fn plan_own(store: &Store, experiment: &Experiment) -> Result<Planned, Error> {
+    let target = target(experiment, "attack", None);
+    let input = attack::own_input(&owns(experiment)?, attack::Size::Times(1));
+    let status = store.status(&target, code::of(zonobench_evidence::CRATE), &input);
+    Ok(Planned { target, status })
 }
 
 /// What would run of a paper apart from its experiments.

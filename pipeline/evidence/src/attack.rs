@@ -3,7 +3,9 @@
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::path::Path;
-use zonobench_attack::{Case, Counts, cases, clopper_pearson_upper};
+use zonobench_attack::{
+    Attack as Kind, Case, Counts, Own, attack_own, cases, clopper_pearson_upper,
+};
 use zonobench_lake::error::Error;
 use zonobench_lake::rows::Attack;
 use zonobench_lake::table;
@@ -104,17 +106,83 @@ pub fn units(paper: &str, system: &str, size: Size) -> u64 {
 }
 
 fn row(case: &Case, counts: Counts) -> Attack {
+    counted(case.estimator, &case.attack, case.guaranteed, counts)
+}
+
+fn counted(estimator: &str, attack: &str, guaranteed: bool, counts: Counts) -> Attack {
     Attack {
-        estimator: case.estimator.into(),
-        attack: case.attack.as_str().into(),
+        estimator: estimator.into(),
+        attack: attack.into(),
         steps: counts.steps as i64,
         lost: counts.lost as i64,
         empty: counts.empty as i64,
         rate_hi: clopper_pearson_upper(counts.lost, counts.steps, CONFIDENCE),
         undecided: counts.undecided as i64,
         refused: counts.refused as i64,
-        guaranteed: case.guaranteed,
+        guaranteed,
     }
+}
+
+/// Runs of every attack on an estimator of a problem of a user's own, in the default campaign.
+const OWN_RUNS: u64 = 1;
+
+impl Size {
+    fn own_runs(self) -> u64 {
+        match self {
+            Size::Quick => 1,
+            Size::Times(times) => OWN_RUNS * times,
+        }
+    }
+}
+
+/// What the counts of a user's own problems depend on, beside the code.
+pub fn own_input(owns: &[Own], size: Size) -> Value {
+    let cases: Vec<Value> = owns
+        .iter()
+        .map(|own| {
+            let (system, estimator, settings) = (&own.system, &own.estimator, &own.settings);
+            json!([system, estimator, settings, own.problem, own.inputs])
+        })
+        .collect();
+    json!({ "runs": size.own_runs(), "cases": cases })
+}
+
+/// How many units [`count_own`] runs.
+pub fn own_units(owns: &[Own], size: Size) -> u64 {
+    owns.len() as u64 * Kind::ALL.len() as u64 * size.own_runs()
+}
+
+/// Attacks each of `owns`; as [`count`].
+pub fn count_own(
+    owns: &[Own],
+    size: Size,
+    done: &(dyn Fn(u64) + Sync),
+) -> Result<Vec<Attack>, Error> {
+    let cases: Vec<(&Own, Kind)> = owns
+        .iter()
+        .flat_map(|own| Kind::ALL.map(|kind| (own, kind)))
+        .collect();
+    let one = |(own, kind): (&Own, Kind)| {
+        let mut sum = Counts::default();
+        for run in 0..size.own_runs() {
+            sum += attack_own(own, kind, run).map_err(Error::Attack)?;
+            done(1);
+        }
+        Ok(counted(&own.estimator, kind.name(), true, sum))
+    };
+    cases.into_par_iter().map(one).collect()
+}
+
+/// Writes the counts of [`count_own`].
+pub fn make_own(
+    owns: &[Own],
+    size: Size,
+    dir: &Path,
+    done: &(dyn Fn(u64) + Sync),
+) -> Result<(), Error> {
+    let rows = count_own(owns, size, done)?;
+    table::write(&dir.join(FILE), rows, &metadata("attack", None))?;
+    Ok(())
 }
 
 /// Writes the counts.

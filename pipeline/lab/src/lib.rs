@@ -3,6 +3,7 @@
 //! What a paper prints, and how a number is shown, is not known here.
 
 pub mod experiment;
+pub mod outlook;
 pub mod recorded;
 pub mod stage;
 pub mod tracking;

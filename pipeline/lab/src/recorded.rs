@@ -167,18 +167,12 @@ pub fn inputs(path: &Path, names: &[&str]) -> Result<Recording, Error> {
     Ok(read(path, names, "u", MOST_STEPS)?)
 }
 
-/// One row of inputs, read from `path`, for every k from 0 to `last`.
+/// One row of inputs for every k from 0 to `last`; what is missing is named.
 ///
 /// Where the measurement does not hold the input (`held` is false), u of the last k is read by nothing: it is
 /// zeros where the file has none.
-pub fn complete_inputs(
-    recording: &Recording,
-    path: &Path,
-    last: usize,
-    held: bool,
-) -> Result<Vec<Vec<f64>>, Error> {
-    let rows = recording.complete(last + usize::from(held));
-    let mut rows = rows.map_err(|fault| BadInput::file(path.display().to_string(), fault))?;
+pub fn inputs_to(recording: &Recording, last: usize, held: bool) -> Result<Vec<Vec<f64>>, String> {
+    let mut rows = recording.complete(last + usize::from(held))?;
     if !held {
         let missing = vec![None; recording.names.len()];
         let row = recording.row(last).unwrap_or(&missing);
@@ -456,8 +450,14 @@ fn parse_csv(
         // Spreadsheets put a byte-order mark before UTF-8.
         let mark: &[u8] = if line == 1 { b"\xef\xbb\xbf" } else { b"" };
         let text = std::str::from_utf8(bytes.strip_prefix(mark).unwrap_or(bytes))
-            .map_err(|_| at_line("expected UTF-8 text, got other bytes".into()))?
+            .map_err(|_| at_line(format!("expected UTF-8 text, got {}", no_text(bytes))))?
             .trim();
+        if text.contains('\0') {
+            return Err(at_line(format!(
+                "expected UTF-8 text, got {}",
+                no_text(bytes)
+            )));
+        }
         if text.is_empty() || text.starts_with('#') {
             continue;
         }
@@ -496,6 +496,17 @@ fn parse_csv(
         ));
     }
     rows.finish(file)
+}
+
+/// What a line that is no text in UTF-8 holds.
+fn no_text(line: &[u8]) -> &'static str {
+    match line {
+        // The marks of UTF-16; without one, every other byte of plain letters is 0.
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "UTF-16",
+        [first, 0, ..] | [0, first, ..] if *first != 0 => "UTF-16",
+        _ if line.contains(&0) => "bytes that are 0",
+        _ => "other bytes",
+    }
 }
 
 /// The cells of a line, without quotes and the white space around them.
@@ -647,6 +658,9 @@ fn plain(error: ParquetError) -> String {
     while let Some(inner) = layers.iter().find_map(|layer| rest.strip_prefix(layer)) {
         rest = inner;
     }
+    if rest.contains("encrypt") {
+        return "an encrypted one".to_owned();
+    }
     rest.to_owned()
 }
 
@@ -708,7 +722,11 @@ fn type_name(data_type: &DataType) -> String {
         DataType::Time32(_) | DataType::Time64(_) => "times of day",
         DataType::Duration(_) => "durations",
         DataType::Struct(_) => "structs",
+        DataType::Map(..) => "maps",
+        DataType::Binary | DataType::LargeBinary | DataType::BinaryView => "bytes",
+        DataType::FixedSizeBinary(_) => "bytes",
         DataType::List(_) | DataType::LargeList(_) | DataType::FixedSizeList(..) => "lists",
+        DataType::ListView(_) | DataType::LargeListView(_) => "lists",
         DataType::Dictionary(_, values) => return type_name(values),
         other => return other.to_string(),
     };
@@ -1113,6 +1131,26 @@ mod tests {
     }
 
     #[test]
+    fn what_is_no_text_in_utf_8_is_called_what_it_is() {
+        let wide = |mark: &[u8], text: &str| {
+            let units = text.encode_utf16().flat_map(u16::to_le_bytes);
+            let all: Vec<u8> = mark.iter().copied().chain(units).collect();
+            bytes(&all).unwrap_err().to_string()
+        };
+        let text = "k,d1,phi1\n0,1,2\n";
+        let utf_16 = "y.csv:1: expected UTF-8 text, got UTF-16";
+        assert_eq!(wide(b"\xff\xfe", text), utf_16);
+        assert_eq!(wide(b"", text), utf_16);
+        let said = |line: &[u8]| {
+            let all = [b"k,d1,phi1\n".as_slice(), line, b"\n"].concat();
+            bytes(&all).unwrap_err().to_string()
+        };
+        let at_2 = |got: &str| format!("y.csv:2: expected UTF-8 text, got {got}");
+        assert_eq!(said(b"0,1\0,2"), at_2("bytes that are 0"));
+        assert_eq!(said(b"0,1,2 \xb5m"), at_2("other bytes"));
+    }
+
+    #[test]
     fn a_long_value_is_not_repeated_and_a_longer_line_is_not_read() {
         let digits = "1".repeat(500_000);
         for text in [
@@ -1170,26 +1208,19 @@ mod tests {
 
     #[test]
     fn the_last_input_may_be_missing_where_nothing_reads_it() {
-        let path = Path::new("u.csv");
         let recording = csv("k,d1,phi1\n0,1,2\n1,3,4\n2,,5\n").unwrap();
-        let rows = |last, held| complete_inputs(&recording, path, last, held);
-        let said = |last, held| rows(last, held).unwrap_err().to_string();
+        let rows = |last, held| inputs_to(&recording, last, held);
+        let said = |last, held| rows(last, held).unwrap_err();
         assert_eq!(rows(1, true).unwrap(), [[1.0, 2.0], [3.0, 4.0]]);
         assert_eq!(rows(2, false).unwrap()[2], [0.0, 5.0]);
-        assert_eq!(
-            said(2, true),
-            "u.csv: expected a value of d1 at k = 2, got none"
-        );
-        assert_eq!(
-            said(3, false),
-            "u.csv: expected a value of d1 at k = 2, got none"
-        );
+        assert_eq!(said(2, true), "expected a value of d1 at k = 2, got none");
+        assert_eq!(said(3, false), "expected a value of d1 at k = 2, got none");
         assert_eq!(
             said(4, false),
-            "u.csv: expected values for k = 0 to 3, got k up to 2"
+            "expected values for k = 0 to 3, got k up to 2"
         );
         let short = csv("k,d1,phi1\n0,1,2\n1,3,4\n").unwrap();
-        let rows = complete_inputs(&short, path, 2, false).unwrap();
+        let rows = inputs_to(&short, 2, false).unwrap();
         assert_eq!(rows, [[1.0, 2.0], [3.0, 4.0], [0.0, 0.0]]);
     }
 
@@ -1305,6 +1336,26 @@ mod tests {
             refused(array!(BooleanArray, true, false)),
             "column k: expected integers, got true and false"
         );
+        let bytes: [ArrayRef; 2] = [
+            Arc::new(BinaryArray::from(vec![&b"1"[..], b"2"])),
+            Arc::new(FixedSizeBinaryArray::try_from_iter([b"1", b"2"].into_iter()).unwrap()),
+        ];
+        for bytes in bytes {
+            assert_eq!(refused(bytes), "column k: expected integers, got bytes");
+        }
+    }
+
+    #[test]
+    fn an_encrypted_file_is_called_so() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("y.parquet");
+        let mut file = std::fs::read("tests/recordings/duckdb.parquet").unwrap();
+        let end = file.len();
+        file[end - 1] = b'E';
+        std::fs::write(&path, file).unwrap();
+        let said = read(&path, &["y1"], "y", LONGEST_GAP).unwrap_err();
+        let expected = "y.parquet: expected a Parquet file, got: an encrypted one";
+        assert!(said.to_string().ends_with(expected), "{said}");
     }
 
     #[test]

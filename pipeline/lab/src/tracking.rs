@@ -1,18 +1,21 @@
 //! `track`: estimators on recorded data, without a simulation and without a truth.
 
-use crate::experiment::Tracking;
 use crate::experiment::metric::needs_truth;
+use crate::experiment::{MetricSpec, Tracking};
 use crate::recorded::{self, Recording};
 use crate::stage::ending::Ending;
 use crate::stage::estimate::{Job, describe, extras, make, volumes};
+use crate::stage::reduce::{self, Subject, Tables};
 use crate::stage::{Recordings, metadata};
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use zonobench_estimation::System as _;
 use zonobench_estimation::system::Variable;
+use zonobench_lake::bad_input::BadInput;
 use zonobench_lake::error::Error;
-use zonobench_lake::rows::{Belief, Estimate, EstimatorInfo, Set};
+use zonobench_lake::rows::{Belief, Estimate, EstimatorInfo, Metric, Set};
 use zonobench_lake::table::{self, Row};
 
 /// What was recorded, and where.
@@ -37,11 +40,18 @@ pub struct Tracked {
     pub endings: Vec<Ending>,
     /// The metrics of the file that need a truth.
     pub left_out: Vec<String>,
+    /// Whether the other metrics were left out, too: the recording is longer than [`MOST_FOLDED`].
+    pub too_long: bool,
 }
+
+/// The last step up to which a recording's metrics are made: they hold every step in memory, some hundred bytes an
+/// estimator, and estimates are written as they come.
+pub const MOST_FOLDED: usize = 1_000_000;
 
 /// Runs the estimators of `file` on recorded measurements (and inputs) and writes `estimates.parquet`,
 /// `beliefs.parquet` and `estimators.parquet` into `out`, or into a folder of it for each combination where
-/// the file gives several; with `[output] sets` also `sets.parquet`.
+/// the file gives several; with `[output] sets` also `sets.parquet`, and `metrics.parquet` with metrics that need no
+/// truth.
 ///
 /// An estimator that ends early takes nothing from the others. Fails on a wrong file, and on a system with
 /// inputs without a recording of them.
@@ -125,7 +135,8 @@ fn recordings(tracking: &Tracking, read: &mut Reader) -> Result<Recordings, Erro
         (Some(path), false) => {
             let held = system.measures_input();
             let u = read.inputs(path, &variables.u)?;
-            recorded::complete_inputs(&u, path, y.last(), held)?
+            recorded::inputs_to(&u, y.last(), held)
+                .map_err(|fault| BadInput::file(path.display().to_string(), fault))?
         }
         (None, true) => Vec::new(),
         (Some(path), true) => {
@@ -150,17 +161,21 @@ fn one(tracking: &Tracking, read: &mut Reader, out: &Path) -> Result<Tracked, Er
     let name = format!("{}/{}", tracking.paper, tracking.id);
     let endings = write(tracking, &recordings, steps, draft.path(), out)
         .map_err(|e| e.without_draft(draft.path(), out, &name))?;
-    let metrics = tracking.metrics.iter();
-    let left_out = metrics
-        .filter(|m| needs_truth(m.name))
-        .map(|m| m.id.clone());
+    let (without, of_truth) = metrics(tracking);
     Ok(Tracked {
         id: tracking.id.clone(),
         out: out.to_owned(),
         steps,
         endings,
-        left_out: left_out.collect(),
+        left_out: of_truth.iter().map(|m| m.id.clone()).collect(),
+        too_long: !without.is_empty() && steps > MOST_FOLDED,
     })
+}
+
+/// The metrics that need no truth, and those that do.
+fn metrics(tracking: &Tracking) -> (Vec<&MetricSpec>, Vec<&MetricSpec>) {
+    let all = tracking.metrics.iter();
+    all.partition(|m| !needs_truth(m.name))
 }
 
 /// Runs the estimators in `draft`, and moves what they give to `out`.
@@ -191,13 +206,49 @@ fn write(
     }
     joined::<Estimate>(&folders, draft, out)?;
     joined::<Belief>(&folders, draft, out)?;
-    if !tracking.output.sets.is_empty() {
+    if tracking.output.sets.is_empty() {
+        withdrawn::<Set>(out)?;
+    } else {
         joined::<Set>(&folders, draft, out)?;
     }
-    let name = "estimators.parquet";
-    table::write::<EstimatorInfo>(&draft.join(name), infos, &metadata("track", None))?;
-    publish(name, draft, out)?;
+    let (metrics, _) = metrics(tracking);
+    if metrics.is_empty() || steps > MOST_FOLDED {
+        withdrawn::<Metric>(out)?;
+    } else {
+        let subject = Subject {
+            name: format!("{}/{}", tracking.paper, tracking.id),
+            problem: &tracking.problem,
+            estimators: &tracking.estimators,
+            infos: infos.clone(),
+            metrics,
+            steps,
+        };
+        let tables = folders.iter().map(|folder| Tables {
+            estimates: folder.join("estimates.parquet"),
+            beliefs: folder.join("beliefs.parquet"),
+            extras: folder.join("extras.parquet"),
+        });
+        let rows = reduce::values(&subject, recordings, &tables.collect::<Vec<_>>())?;
+        written::<Metric>(rows, draft, out)?;
+    }
+    written::<EstimatorInfo>(infos, draft, out)?;
     Ok(endings)
+}
+
+/// The table of these rows.
+fn written<R: Row>(rows: Vec<R>, draft: &Path, out: &Path) -> Result<(), Error> {
+    let name = format!("{}.parquet", R::TABLE);
+    table::write::<R>(&draft.join(&name), rows, &metadata("track", None))?;
+    publish(&name, draft, out)
+}
+
+/// Removes a table that another run has left in `out`: it is not of these estimates.
+fn withdrawn<R: Row>(out: &Path) -> Result<(), Error> {
+    let path = out.join(format!("{}.parquet", R::TABLE));
+    match fs::remove_file(&path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(Error::io("remove", &path, error)),
+        _ => Ok(()),
+    }
 }
 
 /// One table of all estimators.

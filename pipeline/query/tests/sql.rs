@@ -444,6 +444,31 @@ fn a_statement_that_would_change_something_is_refused_by_name() {
 }
 
 #[test]
+fn what_is_very_long_is_not_repeated_whole() {
+    let lake = Lake::new();
+    let long = "x".repeat(100_000);
+    for statement in [
+        long.clone(),
+        format!("SELECT {long} FROM points"),
+        format!("SELECT * FROM {long}"),
+        format!("SELECT {long}(k) FROM points"),
+    ] {
+        let fault = lake.fault(&statement);
+        assert!(
+            fault.len() < 1000 && fault.contains("xxx..."),
+            "{fault:.2000}"
+        );
+    }
+}
+
+#[test]
+fn a_query_does_not_ask_what_time_it_is() {
+    let lake = Lake::new();
+    let fault = lake.fault("SELECT now()");
+    assert!(fault.contains("now() is refused"), "{fault}");
+}
+
+#[test]
 fn a_name_that_is_not_there_is_answered_by_the_nearest() {
     let lake = Lake::new();
     for (statement, parts) in [

@@ -102,6 +102,10 @@ fn of(held: &Held) -> String {
 fn section(held: &Held, verdict: Verdict, title: &str, cells: &[&Judged]) -> String {
     let mut out = format!("## {title}\n\n");
     out += &format!("`{verdict}`: {}.\n\n", verdict.meaning());
+    if cells.iter().any(|c| c.reason.contains("repaired: ")) {
+        out += "“repaired: 0 of 300 lost”, for example, says that the statement with the correction that is named before it was tried \
+                300 times, and failed in none.\n\n";
+    }
     // Cells that share table, reason and command are one item.
     let mut items: Vec<(&Judged, Vec<&Judged>)> = Vec::new();
     for c in cells {

@@ -36,15 +36,34 @@ pub struct Tables {
     pub cells: &'static str,
 }
 
+/// The folder of the gallery: systems from the literature as equations, which print nothing that we compare with.
+pub const GALLERY: &str = "gallery";
+
 /// The folders of the papers, in order.
 pub fn names() -> Vec<&'static str> {
     let mut names: Vec<&str> = FILES
         .iter()
         .filter_map(|(path, _)| path.split_once('/'))
         .map(|(paper, _)| paper)
+        .filter(|folder| *folder != GALLERY)
         .collect();
     names.dedup();
     names
+}
+
+/// The experiments of the gallery, in order of file name.
+pub fn gallery() -> Result<Vec<Arc<Experiment>>, Error> {
+    let of_gallery = |(path, _): &&(&str, &str)| {
+        let folder = path.split_once('/').map(|(folder, _)| folder);
+        folder == Some(GALLERY) && path.ends_with(".toml")
+    };
+    let mut experiments = Vec::new();
+    for (path, text) in FILES.iter().filter(of_gallery) {
+        let path = format!("experiments/{path}");
+        let read = Experiment::parse(&path, text).map_err(|fault| Error::Input(Box::new(fault)))?;
+        experiments.extend(read.into_iter().map(Arc::new));
+    }
+    Ok(experiments)
 }
 
 /// The papers named (all if none), each checked.
@@ -201,6 +220,17 @@ mod tests {
     }
 
     #[test]
+    fn the_gallery_is_read_and_no_paper() {
+        assert!(!names().contains(&GALLERY));
+        let experiments = gallery().unwrap();
+        assert!(experiments.len() >= 10);
+        for e in experiments {
+            assert_eq!(e.paper, GALLERY, "{}", e.id);
+            assert!(e.title.is_some() && e.output.traces, "{}", e.id);
+        }
+    }
+
+    #[test]
     fn every_claim_of_the_ledger_that_the_paper_makes_has_one_row() {
         let mut wrong = Vec::new();
         for paper in load(&[]).unwrap() {
@@ -233,10 +263,7 @@ mod tests {
         let mut wrong = Vec::new();
         for paper in load(&[]).unwrap() {
             for cell in &paper.cells {
-                if let Comparand::Ratio(pair)
-                | Comparand::Percent(pair)
-                | Comparand::Drop(pair)
-                | Comparand::Wins(pair) = &cell.comparand
+                if let Some(pair) = cell.comparand.pair()
                     && (&pair.over, &pair.over_metric) == (&pair.of.estimator, &pair.of.metric)
                 {
                     wrong.push(format!(

@@ -460,7 +460,8 @@ fn unscaled_up(upper: f64, scale: f64) -> f64 {
     }
 }
 
-/// A relative gap between the certified bound and the vertex above which the tableau is rebuilt.
+/// A relative gap between the certified bound and the vertex above which the tableau is rebuilt. It is measured in the
+/// scaled direction, whose largest coefficient is in [1, 2): in 1 + |U| both have its unit.
 const REBUILD_GAP: f64 = 1e-11;
 
 /// A relative defect of the basic columns above which the multipliers are refined.

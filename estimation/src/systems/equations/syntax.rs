@@ -240,7 +240,9 @@ impl Parser<'_> {
     }
 
     fn push(&mut self, term: Term, from: usize) -> usize {
-        self.terms.list.push((term, from..self.at));
+        // The blanks before the next token have been passed.
+        let end = from + self.text[from..self.at].trim_ascii_end().len();
+        self.terms.list.push((term, from..end));
         self.terms.list.len() - 1
     }
 

@@ -227,6 +227,46 @@ impl Tape {
         None
     }
 
+    /// How the outputs depend on the first `states` arguments, on the inputs, and on the other arguments: 0 not at all, 1
+    /// linearly where the others are fixed, 2 otherwise. By structure: x − x depends on x.
+    pub fn degrees(&self, states: usize) -> [u8; 3] {
+        type Degrees = [u8; 3];
+        let of_scalar = |s: Scalar| -> Degrees {
+            match s {
+                Scalar::Input(_) => [0, 1, 0],
+                _ => [0; 3],
+            }
+        };
+        let each = |a: Degrees, b: Degrees, f: fn(u8, u8) -> u8| -> Degrees {
+            std::array::from_fn(|i| f(a[i], b[i]).min(2))
+        };
+        // Of a divisor, and of an argument of a function.
+        let bent = |a: Degrees| a.map(|d| if d == 0 { 0 } else { 2 });
+        let mut degrees: Vec<Degrees> = (0..self.arguments)
+            .map(|i| if i < states { [1, 0, 0] } else { [0, 0, 1] })
+            .collect();
+        for op in &self.ops {
+            let at = |r: Register| degrees[r as usize];
+            degrees.push(match *op {
+                Op::Load(s) => of_scalar(s),
+                Op::Neg(a) => at(a),
+                Op::Add(a, b) | Op::Sub(a, b) => each(at(a), at(b), u8::max),
+                Op::Mul(a, b) => each(at(a), at(b), |a, b| a + b),
+                Op::Div(a, b) => each(at(a), bent(at(b)), |a, b| a + b),
+                Op::AddScalar(a, s) | Op::SubScalar(a, s) => each(at(a), of_scalar(s), u8::max),
+                Op::MulScalar(a, s) => each(at(a), of_scalar(s), |a, b| a + b),
+                Op::DivScalar(a, s) => each(at(a), bent(of_scalar(s)), |a, b| a + b),
+                Op::Recip(a) | Op::Powi(a, _) | Op::Powf(a, _) | Op::Call(_, a) => bent(at(a)),
+                Op::Pair(_, a, b) => each(bent(at(a)), bent(at(b)), u8::max),
+            });
+        }
+        let outputs = self.outputs.iter().map(|output| match output {
+            Value::Register(r) => degrees[*r as usize],
+            Value::Scalar(s) => of_scalar(*s),
+        });
+        outputs.fold([0; 3], |most, d| each(most, d, u8::max))
+    }
+
     /// The outputs as Σ coefficient · argument, by argument (an input counts from `arguments` on), and whether every
     /// coefficient is exact; None where one is not linear, or has a constant part.
     pub fn linear(&self) -> Option<(Vec<Coefficients>, bool)> {
@@ -649,7 +689,7 @@ impl Writer {
             return self.push(Op::Pair(Pairing::Pow, a, b), origin);
         };
         let whole = exponent as i32;
-        if whole == 2
+        if exponent == 2.0
             && let Some(a) = a.as_constant()
             && let Some(square) = exact_product(a, a)
         {

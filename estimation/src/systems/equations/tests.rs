@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::AnySystem;
-use crate::systems::{Quadrotor, QuotientForm, Raimondo, Unicycle, VanDerPol};
+use crate::systems::{Form, Quadrotor, QuotientForm, Raimondo, Unicycle, VanDerPol, VehicleSe2};
 use zonobench_sets::Interval;
 use zonobench_sets::number::{Function, hessian, jacobian};
 
@@ -101,7 +101,7 @@ fn a_mistake_is_answered_at_its_place() {
             "let",
             0,
             "a + 1",
-            "let.a, column 1: expected a name that stands above it in let, got \"a\"",
+            "let.a, column 1: expected a definition that does not need itself, got a -> a in a circle",
         ),
         (
             "let",
@@ -241,6 +241,113 @@ fn a_product_of_a_name_with_itself_is_told() {
             .starts_with("let.a, column 15: expected s^2, got s*s"),
         "{warning}"
     );
+}
+
+#[test]
+fn definitions_that_go_in_a_circle_are_shown_as_one() {
+    let fault = |pairs: &[(&str, &str)]| {
+        let definitions = texts(pairs);
+        refused(|s| s.definitions = definitions).to_string()
+    };
+    let with = |others: &[(&'static str, &'static str)]| {
+        let mut all = vec![("a", "force - drag*s + b")];
+        all.extend(others);
+        fault(&all)
+    };
+    assert_eq!(
+        with(&[("b", "2*c"), ("c", "p - b/(a + 9)")]),
+        "let.a, column 18: expected a definition that does not need itself, got a -> b -> c -> a in a circle"
+    );
+    assert_eq!(
+        with(&[("b", "2*p")]),
+        "let.a, column 18: expected a name that stands above it in let, got \"b\", which stands below it"
+    );
+    // Also where no equation needs them.
+    let a = ("a", "force - drag*s");
+    assert!(fault(&[a, ("c", "d"), ("d", "c")]).contains("c -> d -> c"));
+    assert_eq!(
+        fault(&[a, ("c", "pp")]),
+        "let.c, column 1: expected a name that the system has, got \"pp\""
+    );
+}
+
+#[test]
+fn what_no_equation_holds_and_what_does_not_move_is_told() {
+    let mut source = cart();
+    source.u = named("force unused");
+    source.parameters.push(("mass".into(), 1.0));
+    source.definitions.push(("half".into(), "p/2".into()));
+    source.motion = Motion::Next(texts(&[("p", "p"), ("s", "s + T*a + gust")]));
+    let system = Equations::new(source).unwrap();
+    let told: Vec<String> = system.warnings().iter().map(Fault::to_string).collect();
+    assert_eq!(
+        told,
+        [
+            "next.p, column 1: expected an equation that moves p, got one in which it keeps its first value, without noise",
+            "u.unused: expected an equation that holds unused, got none",
+            "parameters.mass: expected an equation that holds mass, got none",
+            "let.half: expected an equation that holds half, got none",
+        ]
+    );
+}
+
+#[test]
+fn it_is_known_what_is_linear_in_what() {
+    use Dependence::{Linear, No, Nonlinear};
+    let of = |next: &str, output: &str| {
+        let mut source = cart();
+        source.motion = Motion::Next(texts(&[("p", next), ("s", "s + T*a*0 + gust")]));
+        source.output[0].1 = output.into();
+        Equations::new(source).unwrap().dependence()
+    };
+    let system = Equations::new(cart()).unwrap();
+    assert_eq!(
+        system.dependence(),
+        [[Nonlinear, Linear, Linear], [Nonlinear, No, Linear]]
+    );
+    assert_eq!(
+        of("p*force", "p + e"),
+        [[Nonlinear, Linear, Linear], [Linear, No, Linear]]
+    );
+    assert_eq!(of("p + s*gust", "e*force")[0][2], Linear);
+    assert_eq!(of("p + gust*gust", "e*force")[0][2], Nonlinear);
+    assert_eq!(of("p", "e*force")[1], [No, Linear, Linear]);
+    assert_eq!(
+        of("p", "p/force + exp(e)")[1],
+        [Linear, Nonlinear, Nonlinear]
+    );
+}
+
+#[test]
+fn the_steepest_term_is_found_where_it_stands() {
+    let mut source = cart();
+    source.definitions = texts(&[("lift", "3*cos(s)"), ("a", "lift - drag*s^2 - force")]);
+    let system = Equations::new(source).unwrap();
+    let side = |lo, hi| Interval::new(lo, hi).unwrap();
+    let over = IntervalVector::new(vec![side(-1.0, 1.0), side(10.0, 90.0)]);
+    let of = |i| {
+        let found = system.steepest(i, 0, &over, &[1.0], &[Interval::ZERO]);
+        found.unwrap()
+    };
+    // ∂(drag s²)/∂s = 2 · 0.05 s.
+    let term = of(1);
+    assert_eq!(
+        (
+            term.table,
+            &*term.name,
+            term.column,
+            &*term.written,
+            term.state
+        ),
+        ("let", "a", 8, "drag*s^2", 1)
+    );
+    assert!(
+        term.derivative.contains(9.0) && term.derivative.hi() < 9.1,
+        "{term:?}"
+    );
+    // p is carried over: what moves it is s.
+    let term = of(0);
+    assert_eq!((term.table, &*term.written, term.state), ("next", "T*s", 1));
 }
 
 #[test]
@@ -462,6 +569,27 @@ fn the_unicycle_as_equations_has_the_bits_of_its_rust() {
 }
 
 #[test]
+fn the_vehicle_as_equations_has_the_bits_of_its_rust() {
+    let rust = VehicleSe2::new(0.01, Form::Euler).unwrap();
+    let written = written_like(
+        &rust,
+        &[("T", 0.01)],
+        &[
+            ("turn", "omega*T"),
+            ("ahead", "nu*T + w_l*T"),
+            ("aside", "w_tr*T"),
+        ],
+        &[
+            ("theta", "theta + (turn + w_theta*T)"),
+            ("x1", "x1 + (cos(theta)*ahead - sin(theta)*aside)"),
+            ("x2", "x2 + (sin(theta)*ahead + cos(theta)*aside)"),
+        ],
+        &[("y1", "x1 + v1"), ("y2", "x2 + v2")],
+    );
+    same_bits(&rust, &written, &[0.7, 3.0, -2.0], 0.2, &[0.4, 8.0]);
+}
+
+#[test]
 fn the_quadrotor_as_equations_has_the_bits_of_its_rust() {
     // Quotients that are no f64: an exact one is a coefficient of the tape, whose product is tighter than in Rust.
     let rust = Quadrotor::new(0.7, 0.3, [1.1, 1.6, 1.7], 9.81, 0.01).unwrap();
@@ -579,6 +707,28 @@ fn sympy_expressions_are_read_as_they_are_printed() {
             (got - expected).abs() < 1e-14 * (1.0 + expected.abs()),
             "{text}: {got} {expected}"
         );
+    }
+}
+
+#[test]
+fn a_power_of_a_constant_has_all_of_its_exponent() {
+    for (text, expected) in [
+        ("9^2", 81.0),
+        ("9^2.5", 243.0),
+        ("9^(-0.5)", 1.0 / 3.0),
+        ("9^0", 1.0),
+        ("9^1", 9.0),
+        ("pow(9, 2.5)", 243.0),
+        ("T^2.0", 0.1 * 0.1),
+        ("T^2.75", libm::pow(0.1, 2.75)),
+    ] {
+        let mut source = cart();
+        source.output[0].1 = format!("p + {text} + e");
+        let system = Equations::new(source).unwrap();
+        let mut y = [Interval::ENTIRE];
+        system.h(0, &[Interval::ZERO; 2], &[1.0], &[Interval::ZERO], &mut y);
+        let near = Interval::from_center_radius(expected, 1e-13 * expected);
+        assert!(y[0].is_subset(near), "{text}: {:?}", y[0]);
     }
 }
 

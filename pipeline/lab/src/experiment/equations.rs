@@ -5,7 +5,7 @@ use super::unit;
 use zonobench_estimation::AnySystem;
 use zonobench_estimation::systems::Equations;
 use zonobench_estimation::systems::equations::{Fault, Method, Motion, Named, Part, Source, Texts};
-use zonobench_lake::bad_input::{BadInput, nearest};
+use zonobench_lake::bad_input::{BadInput, brief, nearest};
 
 /// The keys beside `kind`.
 pub const KEYS: &[&str] = &[
@@ -58,6 +58,23 @@ pub fn system(table: &Table) -> Result<AnySystem, BadInput> {
     match Equations::new(source) {
         Ok(equations) => Ok(AnySystem::Equations(equations)),
         Err(fault) => Err(at_its_place(table, &fault)),
+    }
+}
+
+/// What a system of equations says that is right and perhaps not meant; nothing of any other system.
+pub fn warnings(field: &Field) -> Vec<BadInput> {
+    let Ok(table) = field.any_table() else {
+        return Vec::new();
+    };
+    match table.get("kind").map(|kind| kind.string()) {
+        Some(Ok("equations")) => {}
+        _ => return Vec::new(),
+    }
+    match system(&table) {
+        Ok(AnySystem::Equations(equations)) => (equations.warnings().iter())
+            .map(|fault| at_its_place(&table, fault))
+            .collect(),
+        _ => Vec::new(),
     }
 }
 
@@ -133,7 +150,11 @@ fn texts(field: &Field) -> Result<Texts, BadInput> {
 
 /// The fault where it was written, with the nearest name where one was not found.
 fn at_its_place(table: &Table, fault: &Fault) -> BadInput {
-    let said = format!("expected {}, got {}", fault.expected, fault.got);
+    let said = format!(
+        "expected {}, got {}",
+        brief(&fault.expected),
+        brief(&fault.got)
+    );
     let in_table = |name: &str| table.get(name);
     let placed = match &fault.part {
         Part::Table(key) => table.fault(key, said),
@@ -157,7 +178,7 @@ fn at_its_place(table: &Table, fault: &Fault) -> BadInput {
     match nearest(wanted, fault.known.iter().map(String::as_str)) {
         Some(near) => placed.with_help(format!("did you mean {near}?")),
         None if fault.known.is_empty() => placed,
-        None => placed.with_help(format!("names: {}", fault.known.join(", "))),
+        None => placed.with_help(brief(&format!("names: {}", fault.known.join(", ")))),
     }
 }
 

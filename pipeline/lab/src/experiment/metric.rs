@@ -34,7 +34,8 @@ pub struct MetricInfo {
 /// Whether a metric compares with the true state.
 pub fn needs_truth(name: &str) -> bool {
     match name {
-        "rmse" | "rmse_wrapped" | "rmse_norm" | "contains" | "outside" | "better" => true,
+        "rmse" | "rmse_wrapped" | "rmse_norm" | "overshoot" => true,
+        "contains" | "outside" | "better" => true,
         name => matches!(name, "ellipsoid_contains" | "boundary"),
     }
 }
@@ -67,6 +68,14 @@ pub const METRICS: &[MetricInfo] = &[
         unit: "state",
         per_component: false,
         formula: "sqrt(mean over K of the sum over the components given of (c_i - x_i)^2)",
+    },
+    MetricInfo {
+        name: "overshoot",
+        required: &[],
+        optional: &[],
+        unit: "state",
+        per_component: true,
+        formula: "max over K of the error c_i - x_i beyond 0, seen from its sign at the first step of K; 0 if it keeps its sign; errors in rad in (-pi, pi]",
     },
     MetricInfo {
         name: "radius",

@@ -17,6 +17,8 @@ use crate::recorded;
 use reader::{Field, Table, deserialize};
 use serde::Serialize;
 use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::Read as _;
 use std::path::Path;
 use tree::{Node, Source};
 use zonobench_estimation::estimator::KINDS;
@@ -128,6 +130,20 @@ impl Experiment {
         read_all(&source, None, experiment)
     }
 
+    /// What is right in a file and perhaps not meant, each at its place; none where the file cannot be read.
+    pub fn warnings(path: &Path) -> Vec<BadInput> {
+        let Ok(source) = source(path) else {
+            return Vec::new();
+        };
+        let Ok(root) = Node::parse(&source) else {
+            return Vec::new();
+        };
+        let any: Vec<&str> = root.entries().iter().map(|e| e.key.as_str()).collect();
+        let table = Table::new(&source, String::new(), &root, &any);
+        let system = table.ok().and_then(|table| table.get("system"));
+        system.map_or_else(Vec::new, |system| equations::warnings(&system))
+    }
+
     /// `paper/id`, for messages.
     pub fn name(&self) -> String {
         format!("{}/{}", self.paper, self.id)
@@ -181,14 +197,25 @@ impl Tracking {
 
 fn source(path: &Path) -> Result<Source, BadInput> {
     let file = path.display().to_string();
-    match std::fs::read_to_string(path) {
+    let fault = |fault: String| BadInput::file(&file, fault);
+    let mut bytes = Vec::new();
+    // From a pipe or a device as well, which do not say how much they hold.
+    File::open(path)
+        .and_then(|opened| opened.take(MOST_BYTES + 1).read_to_end(&mut bytes))
+        .map_err(|error| fault(format!("expected a TOML file, got: {error}")))?;
+    if bytes.len() as u64 > MOST_BYTES {
+        return Err(fault(format!(
+            "expected at most {MOST_BYTES} bytes, got more"
+        )));
+    }
+    match String::from_utf8(bytes) {
         Ok(text) => Ok(Source { file, text }),
-        Err(error) => Err(BadInput::file(
-            file,
-            format!("expected a TOML file, got: {error}"),
-        )),
+        Err(_) => Err(fault("expected UTF-8 text, got other bytes".to_owned())),
     }
 }
+
+/// The most bytes that are read of an experiment's file.
+const MOST_BYTES: u64 = 16 << 20;
 
 /// What [`read_all`] reads from each variant: an experiment, or what `track` needs of one.
 trait Named {

@@ -1,7 +1,7 @@
 //! The parts of an experiment, read from its tables: system, uncertain vectors, truth, inputs.
 
 use super::reader::{Field, Table, deserialize};
-use crate::recorded;
+use crate::recorded::{self, Recording};
 use std::path::Path;
 use zonobench_estimation::controller::Controller;
 use zonobench_estimation::error::shortest;
@@ -539,7 +539,9 @@ pub fn inputs(
         ["signals"] => Inputs::Signals(components(&table.need("signals", "signals")?, n, terms)?),
         ["file"] => {
             let file = table.need("file", "the name of a file")?;
-            Inputs::Data(data(&file, &variables.u, "u", steps + 1, folder)?)
+            let (name, recording) = recording(&file, &variables.u, "u", folder)?;
+            let rows = recorded::inputs_to(&recording, steps, system.measures_input());
+            Inputs::Data(rows.map_err(|fault| file.fault(format!("{name}: {fault}")))?)
         }
         ["controller"] => {
             let field = table.need("controller", "the name of a controller")?;
@@ -577,6 +579,18 @@ fn data(
     vectors: usize,
     folder: Option<&Path>,
 ) -> Result<Vec<Vec<f64>>, BadInput> {
+    let (name, rows) = recording(field, variables, prefix, folder)?;
+    rows.complete(vectors)
+        .map_err(|fault| field.fault(format!("{name}: {fault}")))
+}
+
+/// The name of a file beside the experiment, and what it holds.
+fn recording<'a>(
+    field: &'a Field,
+    variables: &[Variable],
+    prefix: &str,
+    folder: Option<&Path>,
+) -> Result<(&'a str, Recording), BadInput> {
     let name = field.string()?;
     let Some(folder) = folder else {
         return Err(
@@ -589,6 +603,5 @@ fn data(
         .collect();
     let rows = recorded::read(&folder.join(name), &names, prefix, recorded::MOST_STEPS)
         .map_err(|fault| fault.with_help(field.fault("names this file").to_string()))?;
-    rows.complete(vectors)
-        .map_err(|fault| field.fault(format!("{name}: {fault}")))
+    Ok((name, rows))
 }

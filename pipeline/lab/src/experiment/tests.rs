@@ -853,6 +853,39 @@ fn files_beside_the_experiment_are_data() {
 }
 
 #[test]
+fn a_file_of_inputs_needs_no_last_row_where_nothing_reads_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.toml");
+    let load = |d: &str, rows: &str| {
+        let system = format!("a = [[0.9, 1.0], [0.0, 0.8]]\nb = [[0.0], [1.0]]\n{d}");
+        let text = BASE
+            .replace("a = [[0.9, 1.0], [0.0, 0.8]]", &system)
+            .replace("steps = 100", "steps = 9");
+        std::fs::write(&path, format!("{text}\n[inputs]\nfile = \"u.csv\"\n")).unwrap();
+        std::fs::write(folder.path().join("u.csv"), format!("k,u1\n{rows}")).unwrap();
+        Experiment::load(&path).map_err(|e| e.to_string())
+    };
+    let inputs = |rows: &str| load("", rows).unwrap().remove(0).inputs;
+    let data = |last: f64| {
+        let rows = (0..9).map(|k| vec![f64::from(k) + 1.0]);
+        Inputs::Data(rows.chain([vec![last]]).collect())
+    };
+    let nine: String = (0..9).map(|k| format!("{k},{}\n", k + 1)).collect();
+    assert_eq!(inputs(&format!("{nine}9,5\n")), data(5.0));
+    assert_eq!(inputs(&nine), data(0.0));
+    let short = load("", "0,1\n1,2\n").unwrap_err();
+    assert!(
+        short.ends_with("inputs.file: u.csv: expected values for k = 0 to 8, got k up to 1"),
+        "{short}"
+    );
+    let read = load("d = [[0.5]]", &nine).unwrap_err();
+    assert!(
+        read.ends_with("inputs.file: u.csv: expected values for k = 0 to 9, got k up to 8"),
+        "{read}"
+    );
+}
+
+#[test]
 fn an_estimator_may_have_its_own_prior_and_noise() {
     let text = BASE.replace("alpha = 0.01\n", "alpha = 0.01\n[estimator.prior]\ngenerators = [[1.0], [2.0]]\n[estimator.noise]\nv = { covariance = [[9.0]] }\n");
     let e = one(&text);

@@ -22,7 +22,7 @@ pub struct Ending {
     pub run: usize,
     /// The step without a belief.
     pub k: usize,
-    /// The status of its row: `inconsistent`, `refused`, `singular`, `overflow` or `failed`.
+    /// The status of its row: `inconsistent`, `refused`, `diverged`, `singular`, `overflow` or `failed`.
     pub status: String,
     /// Why, in words, without step and estimator.
     pub cause: String,
@@ -49,6 +49,22 @@ impl Ending {
             status: "overflow".to_owned(),
             cause: format!("{what} is no longer finite"),
         }
+    }
+
+    /// By sets that grow without end.
+    pub fn diverged(estimator: &str, run: usize, k: usize, cause: String) -> Self {
+        Self {
+            estimator: estimator.to_owned(),
+            run,
+            k,
+            status: "diverged".to_owned(),
+            cause,
+        }
+    }
+
+    /// Whether numbers were no longer finite.
+    pub fn is_overflow(&self) -> bool {
+        self.status == "overflow"
     }
 
     /// False for what an estimator may say as a result: that a measurement contradicts the model, or that what it

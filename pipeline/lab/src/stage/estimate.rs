@@ -12,20 +12,34 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Instant;
 use zonobench_estimation::estimator::{Belief as _, Containment, Estimator as _, Phase};
+use zonobench_estimation::growth::{Grown, Growth};
 use zonobench_estimation::outline::outline;
-use zonobench_estimation::track::Track;
-use zonobench_estimation::{AnyBelief, AnyEstimator, Problem, System as _};
+use zonobench_estimation::track::{Data as _, Track};
+use zonobench_estimation::{AnyBelief, AnyEstimator, EstimationError, Problem, System as _};
 use zonobench_lake::error::Error;
 use zonobench_lake::rows::{self, Belief, Estimate, EstimatorInfo, Extra, Set, Timing};
 use zonobench_lake::store::canonical;
 use zonobench_lake::table::{self, Name, TableWriter};
-use zonobench_sets::Interval;
+use zonobench_sets::{Interval, IntervalVector, SetError};
 
 /// The most steps whose rows are held in memory before they are written, of all runs that are made at once.
 const MOST_HELD: usize = 1 << 18;
 
 /// How many rows of one run are held before they are handed on.
 const HANDED_ON: usize = 4096;
+
+/// How many runs of so many steps are made at once.
+fn at_once(steps: usize) -> usize {
+    (MOST_HELD / (steps + 1)).clamp(1, 32)
+}
+
+/// The most steps whose rows are held in memory in a job of runs of so many steps.
+pub(crate) fn most_held(steps: usize) -> usize {
+    match at_once(steps) {
+        1 => HANDED_ON,
+        runs => runs * (steps + 1),
+    }
+}
 
 /// The most generators of a set that a trace carries.
 const TRACED_GENERATORS: usize = 256;
@@ -217,7 +231,7 @@ pub fn make(
         endings.extend(course.ending);
     };
     let runs: Vec<usize> = (0..recordings.runs()).collect();
-    let at_once = (MOST_HELD / (job.steps + 1)).clamp(1, 32);
+    let at_once = at_once(job.steps);
     for chunk in runs.chunks(at_once) {
         if let [run] = *chunk {
             finish(judged.run(recordings, run, &mut |rows| tables.push(rows))?);
@@ -253,6 +267,95 @@ struct Judged<'a> {
     id: Name,
     components: Vec<Name>,
     words: Words,
+}
+
+/// Looks at the sets of a run of a guaranteed estimator: whether they grow without end, and what a term does with them
+/// that leaves its domain.
+struct Watch<'a> {
+    judged: &'a Judged<'a>,
+    recordings: &'a Recordings,
+    run: usize,
+    growth: Option<Growth>,
+    /// The box at the step before, and its step.
+    last: Option<(usize, IntervalVector)>,
+}
+
+impl<'a> Watch<'a> {
+    fn new(judged: &'a Judged<'a>, recordings: &'a Recordings, run: usize) -> Self {
+        Self {
+            judged,
+            recordings,
+            run,
+            growth: judged.estimator.guaranteed().then(Growth::default),
+            last: None,
+        }
+    }
+
+    /// How the run ends if the reported belief of step `k` shows that it grows without end.
+    fn observe(&mut self, k: usize, belief: &AnyBelief) -> Option<Ending> {
+        let growth = self.growth.as_mut()?;
+        let hull = belief.interval_hull()?;
+        let run = self.recordings.run(self.run);
+        let is_measured = run.measurement(k).iter().all(Option::is_some);
+        match growth.observe(&hull, is_measured) {
+            Some(grown) => Some(self.diverged(k, grown)),
+            None => {
+                self.last = Some((k, hull));
+                None
+            }
+        }
+    }
+
+    fn diverged(&self, k: usize, grown: Grown) -> Ending {
+        let cause = self.last.as_ref().map_or_else(String::new, |(k, over)| {
+            let run = self.recordings.run(self.run);
+            grown.explained(&self.judged.job.spec.problem, *k, run.input(*k), over)
+        });
+        Ending::diverged(&self.judged.id, self.run, k, cause)
+    }
+
+    /// The ending, with its reason where sets that grew have overflowed.
+    fn told(&self, ending: Ending) -> Ending {
+        let grown = self.growth.as_ref().and_then(Growth::since_start);
+        match grown.filter(|_| ending.is_overflow()) {
+            Some(grown) => self.diverged(
+                ending.k,
+                Grown {
+                    now: f64::INFINITY,
+                    ..grown
+                },
+            ),
+            None => ending,
+        }
+    }
+
+    /// The ending, with the term that is not defined all over the set where `error` says that one is not.
+    fn outside(
+        &self,
+        mut ending: Ending,
+        error: &EstimationError,
+        predicted: Option<&AnyBelief>,
+    ) -> Ending {
+        let is_domain = matches!(
+            error,
+            EstimationError::Set {
+                source: SetError::Domain { .. },
+                ..
+            }
+        );
+        let over = predicted.map_or_else(
+            || self.last.as_ref().map(|(_, hull)| hull.clone()),
+            AnyBelief::interval_hull,
+        );
+        let system = &self.judged.job.spec.problem.system;
+        if let Some(fault) = over
+            .filter(|_| is_domain)
+            .and_then(|x| system.domain_fault(&x))
+        {
+            ending.cause = fault;
+        }
+        ending
+    }
 }
 
 /// The texts that stand in every row.
@@ -292,6 +395,7 @@ impl<'a> Judged<'a> {
         let updated_only =
             self.job.output.updated_only && self.estimator.reported_phase() == Phase::Updated;
         let mut steps = Track::new(self.estimator, self.job.steps, recordings.run(run));
+        let mut watch = Watch::new(self, recordings, run);
         let mut ending = None;
         while ending.is_none() {
             let start = Instant::now();
@@ -300,12 +404,22 @@ impl<'a> Judged<'a> {
             let truth = recordings.truth(run, step.k);
             let truth = truth.as_deref();
             let predicted = step.predicted.as_ref().filter(|_| !updated_only);
-            let mut record = |phase, belief: &AnyBelief| match not_finite(belief) {
-                None => {
-                    self.record(run, step.k, phase, belief, truth, &mut rows);
-                    None
+            let reported = match self.estimator.reported_phase() {
+                Phase::Predicted => step.predicted.as_ref(),
+                Phase::Updated => step.updated.as_ref().ok(),
+            };
+            let mut diverged = reported.and_then(|belief| watch.observe(step.k, belief));
+            let mut record = |phase, belief: &AnyBelief| {
+                if phase == self.estimator.reported_phase() && diverged.is_some() {
+                    return diverged.take();
                 }
-                Some(what) => Some(Ending::overflow(&self.id, run, step.k, what)),
+                match not_finite(belief) {
+                    None => {
+                        self.record(run, step.k, phase, belief, truth, &mut rows);
+                        None
+                    }
+                    Some(what) => Some(watch.told(Ending::overflow(&self.id, run, step.k, what))),
+                }
             };
             ending = predicted.and_then(|belief| record(Phase::Predicted, belief));
             if ending.is_none() {
@@ -313,7 +427,10 @@ impl<'a> Judged<'a> {
                     // Nothing new is known, and nothing is said twice.
                     Ok(belief) if predicted.is_some_and(|b| b.says_the_same(belief)) => None,
                     Ok(belief) => record(Phase::Updated, belief),
-                    Err(error) => Some(Ending::of(&self.id, run, step.k, error)),
+                    Err(error) => {
+                        let ended = Ending::of(&self.id, run, step.k, error);
+                        Some(watch.outside(watch.told(ended), error, step.predicted.as_ref()))
+                    }
                 };
             }
             if let Some(ending) = &ending {

@@ -7,6 +7,8 @@ pub mod estimate;
 pub mod reduce;
 pub mod simulate;
 pub mod trace;
+#[cfg(test)]
+mod units;
 
 pub use crate::experiment::Experiment;
 pub use zonobench_lake::table::metadata;

@@ -3,8 +3,8 @@
 //! (Not to be confused with `reduce_order`, which makes a set simpler.) The formulas stand in
 //! [`crate::experiment::METRICS`]; sums run over k in ascending order.
 
-use crate::experiment::MetricSpec;
 use crate::experiment::metric::Bound;
+use crate::experiment::{EstimatorSpec, MetricSpec};
 use crate::stage::estimate::{Job, describe, phase_name};
 use crate::stage::{Experiment, Recordings, metadata};
 use arrow_array::cast::AsArray;
@@ -12,11 +12,11 @@ use arrow_array::types::{Float64Type, Int32Type};
 use arrow_array::{Array, Float64Array, RecordBatch};
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use zonobench_estimation::estimators::{printed_width_bound, width_bound};
 use zonobench_estimation::{EstimationError, Problem, System as _};
 use zonobench_lake::error::Error;
-use zonobench_lake::rows::{Belief, Estimate, Extra, Metric};
+use zonobench_lake::rows::{Belief, Estimate, EstimatorInfo, Extra, Metric};
 use zonobench_lake::store::Artifact;
 use zonobench_lake::table::{self, Name};
 use zonobench_sets::ellipsoid::{Ellipsoid, chi_square_isf};
@@ -93,17 +93,36 @@ fn phase_index(name: &str) -> usize {
     usize::from(name == "updated")
 }
 
-fn read(
-    experiment: &Experiment,
-    index: usize,
-    runs: usize,
-    estimates: &Path,
-    beliefs: &Path,
-    extras: &Path,
-) -> Result<Series, Error> {
-    let n = experiment.problem.system.variables().x.len();
-    let info = describe(&Job::of(experiment, index))?;
-    let empty = || vec![vec![None; experiment.steps + 1]; runs];
+/// What is folded: the estimators of an experiment, over simulated or recorded data.
+pub struct Subject<'a> {
+    /// `paper/experiment`, for messages.
+    pub name: String,
+    /// Of the system and the noise that the experiment has, whose components the metrics are of.
+    pub problem: &'a Problem,
+    /// The estimators.
+    pub estimators: &'a [EstimatorSpec],
+    /// What each of them says of itself.
+    pub infos: Vec<EstimatorInfo>,
+    /// The metrics.
+    pub metrics: Vec<&'a MetricSpec>,
+    /// The last step.
+    pub steps: usize,
+}
+
+/// The tables of one estimator.
+pub struct Tables {
+    /// `estimates`.
+    pub estimates: PathBuf,
+    /// `beliefs`.
+    pub beliefs: PathBuf,
+    /// `extras`.
+    pub extras: PathBuf,
+}
+
+fn read(subject: &Subject, index: usize, runs: usize, tables: &Tables) -> Result<Series, Error> {
+    let n = subject.problem.system.variables().x.len();
+    let info = &subject.infos[index];
+    let empty = || vec![vec![None; subject.steps + 1]; runs];
     let mut series = Series {
         id: info.estimator.to_string(),
         kind: info.kind.to_string(),
@@ -111,10 +130,10 @@ fn read(
         phases: [empty(), empty()],
         ended: vec![None; runs],
     };
-    read_estimates(&mut series, estimates)?;
-    read_beliefs(&mut series, beliefs, n)?;
+    read_estimates(&mut series, &tables.estimates)?;
+    read_beliefs(&mut series, &tables.beliefs, n)?;
     let reported = series.reported;
-    table::for_each::<Extra>(extras, |row| {
+    table::for_each::<Extra>(&tables.extras, |row| {
         let place = &mut series.phases[reported][row.run as usize][row.k as usize];
         if let Some(point) = place {
             point.extras.push((row.name, row.value));
@@ -202,45 +221,64 @@ pub fn make(
     estimates: &[Artifact],
     dir: &Path,
 ) -> Result<(), Error> {
-    let runs = recordings.runs();
-    let series: Vec<Series> = estimates
-        .iter()
-        .enumerate()
-        .map(|(index, artifact)| {
-            let path = |name: &str| {
-                artifact.path(name).ok_or_else(|| Error::Unknown {
-                    what: "file of the estimates",
-                    got: name.to_owned(),
-                    expected: "estimates.parquet, beliefs.parquet, extras.parquet".to_owned(),
-                })
-            };
-            read(
-                experiment,
-                index,
-                runs,
-                &path("estimates.parquet")?,
-                &path("beliefs.parquet")?,
-                &path("extras.parquet")?,
-            )
+    let all = 0..experiment.estimators.len();
+    let subject = Subject {
+        name: experiment.name(),
+        problem: &experiment.problem,
+        estimators: &experiment.estimators,
+        infos: all
+            .map(|index| describe(&Job::of(experiment, index)))
+            .collect::<Result<_, _>>()?,
+        metrics: experiment.metrics.iter().collect(),
+        steps: experiment.steps,
+    };
+    let tables = |artifact: &Artifact| {
+        let path = |name: &str| {
+            artifact.path(name).ok_or_else(|| Error::Unknown {
+                what: "file of the estimates",
+                got: name.to_owned(),
+                expected: "estimates.parquet, beliefs.parquet, extras.parquet".to_owned(),
+            })
+        };
+        Ok(Tables {
+            estimates: path("estimates.parquet")?,
+            beliefs: path("beliefs.parquet")?,
+            extras: path("extras.parquet")?,
         })
-        .collect::<Result<_, _>>()?;
-    let mut rows = Vec::new();
-    for (index, s) in series.iter().enumerate() {
-        for spec in &experiment.metrics {
-            rows.extend(fold(experiment, recordings, &series, index, spec, s)?);
-        }
-    }
+    };
+    let tables: Vec<Tables> = estimates.iter().map(tables).collect::<Result<_, Error>>()?;
     table::write(
         &dir.join("metrics.parquet"),
-        rows,
+        values(&subject, recordings, &tables)?,
         &metadata("reduce", Some(experiment.seed)),
     )?;
     Ok(())
 }
 
+/// The values of all metrics of all estimators, whose tables are `tables`.
+pub fn values(
+    subject: &Subject,
+    recordings: &Recordings,
+    tables: &[Tables],
+) -> Result<Vec<Metric>, Error> {
+    let runs = recordings.runs();
+    let series: Vec<Series> = tables
+        .iter()
+        .enumerate()
+        .map(|(index, tables)| read(subject, index, runs, tables))
+        .collect::<Result<_, _>>()?;
+    let mut rows = Vec::new();
+    for (index, s) in series.iter().enumerate() {
+        for spec in &subject.metrics {
+            rows.extend(fold(subject, recordings, &series, index, spec, s)?);
+        }
+    }
+    Ok(rows)
+}
+
 /// The values of one metric of one estimator over all runs; none where the metric does not apply to it.
 fn fold(
-    experiment: &Experiment,
+    subject: &Subject,
     recordings: &Recordings,
     series: &[Series],
     index: usize,
@@ -259,14 +297,14 @@ fn fold(
         return Ok(Vec::new());
     }
     let fail = |source: EstimationError| Error::Estimator {
-        experiment: experiment.name(),
+        experiment: subject.name.clone(),
         estimator: s.id.clone(),
         source: Box::new(source),
     };
-    let variables = experiment.problem.system.variables();
+    let variables = subject.problem.system.variables();
     let components: Vec<Name> = variables.x.iter().map(|v| v.name.as_str().into()).collect();
     let context = Context {
-        steps: experiment.steps,
+        steps: subject.steps,
         spec,
         s,
         compared,
@@ -283,7 +321,7 @@ fn fold(
         bound: match spec.bound {
             Some(_) if s.kind != "box-state-est" => return Ok(Vec::new()),
             Some(bound) => {
-                Some(box_bound(&experiment.estimators[index].problem, bound).map_err(fail)?)
+                Some(box_bound(&subject.estimators[index].problem, bound).map_err(fail)?)
             }
             None => None,
         },
@@ -390,6 +428,21 @@ impl Context<'_> {
                         e * e
                     };
                     (Some(i), self.ratio_or(&window, run, square).map(f64::sqrt))
+                })
+                .collect(),
+            "overshoot" => (0..n)
+                .map(|i| {
+                    let error = |&(k, p): &(usize, &Point)| {
+                        let e = p.center[i] - truth(k)[i];
+                        if self.angles[i] { wrap(e) } else { e }
+                    };
+                    let beyond = window.first().map(|first| {
+                        let from = error(first);
+                        let other = |e: &f64| (from > 0.0 && *e < 0.0) || (from < 0.0 && *e > 0.0);
+                        let other = window.iter().map(error).filter(other);
+                        other.map(f64::abs).fold(0.0, f64::max)
+                    });
+                    (Some(i), beyond)
                 })
                 .collect(),
             "rmse_norm" => {

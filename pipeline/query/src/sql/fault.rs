@@ -2,6 +2,7 @@
 
 use datafusion::common::{Column, DataFusionError, SchemaError};
 use std::path::PathBuf;
+use zonobench_lake::bad_input::shortened;
 
 /// Why there is no answer.
 #[derive(Debug, thiserror::Error)]
@@ -28,7 +29,7 @@ const NAMES: usize = 40;
 impl Fault {
     /// A statement that is refused.
     pub(crate) fn statement(message: impl Into<String>) -> Self {
-        Self::Statement(message.into())
+        Self::Statement(brief(&message.into()))
     }
 
     /// What DataFusion says, in our words where we have some.
@@ -57,6 +58,12 @@ impl Fault {
     }
 }
 
+/// The message, of whose words a very long one, such as a name of the statement, is not repeated whole.
+fn brief(message: &str) -> String {
+    let words = message.split(' ').map(shortened);
+    words.collect::<Vec<_>>().join(" ")
+}
+
 fn words(error: &DataFusionError) -> String {
     match error {
         DataFusionError::SQL(parse, _) => {
@@ -75,13 +82,23 @@ fn words(error: &DataFusionError) -> String {
             "the statement needs more than the {} MB that a query may use; ask for less of it (WHERE, LIMIT, GROUP BY)",
             crate::sql::session::MEMORY >> 20
         ),
-        DataFusionError::Internal(text) => {
-            format!("this statement cannot be planned: {}", first_line(text))
-        }
+        DataFusionError::Internal(text) => match clock(text) {
+            Some(function) => {
+                format!("{function} is refused: a query gives the same rows whenever it is asked")
+            }
+            None => format!("this statement cannot be planned: {}", first_line(text)),
+        },
         DataFusionError::Context(_, inner) | DataFusionError::Diagnostic(_, inner) => words(inner),
         DataFusionError::Shared(inner) => words(inner),
         other => other.strip_backtrace(),
     }
+}
+
+/// The function of the time of day that DataFusion says it cannot call: it puts a constant in its place before, if it is
+/// given a clock.
+fn clock(text: &str) -> Option<&str> {
+    let (_, rest) = text.split_once("should not be called on a simplified ")?;
+    rest.split_once(" function").map(|(name, _)| name)
 }
 
 fn first_line(text: &str) -> String {
@@ -150,7 +167,7 @@ pub(crate) fn missing_table(name: &str, known: &[&str]) -> Fault {
     if let Some(nearest) = nearest(name, known.iter().copied()) {
         message += &format!("; did you mean `{nearest}`?");
     }
-    Fault::Statement(message)
+    Fault::statement(message)
 }
 
 /// The name most like `name`, if one is like it.

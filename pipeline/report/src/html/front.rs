@@ -35,7 +35,7 @@ pub fn overview(papers: &[&Held], measured: &Measured) -> Page {
         .filter(|p| p.comparisons.is_empty())
         .collect();
     if !own.is_empty() {
-        body += &heading(2, "own", "Experiments of your own");
+        body += &heading(2, "own", "Experiments compared with no printed number");
         let list: Vec<String> = own
             .iter()
             .map(|p| {

@@ -304,6 +304,24 @@ mod tests {
     }
 
     #[test]
+    fn a_gain_is_larger_where_an_estimator_is_further_below_the_other() {
+        let held: [(&str, &[&[f64]]); 2] = [
+            ("far", &[&[1.0, 2.0, 1.0], &[5.0, 6.5, 5.0]]),
+            ("near", &[&[1.0, 2.0, 1.0], &[1.5, 2.0, 1.5]]),
+        ];
+        let verdict = |of: &str, than: &str| {
+            let cells = format!("T,r,c,as-written,{of},e,gain(m),,{than}/f,{{reproduced}}\n");
+            let paper = paper("T,r,c,words,1,claim,,>0,\n", &cells);
+            first(&results(&paper, &held, Vec::new()))
+        };
+        assert_eq!(verdict("far", "near").0, Verdict::Holds);
+        let (fails, reason) = verdict("near", "far");
+        assert_eq!(fails, Verdict::DoesNotHold);
+        // The mean of −3.5, −4.5 and −3.5.
+        assert!(reason.contains("-3.833"), "{reason}");
+    }
+
+    #[test]
     fn a_number_of_one_run_is_lent_the_spread_of_another_reading() {
         let cells = "T,r,c,as-written,once,e,m,,,{reproduced} by {spread}: {lo} to {hi}\n\
                      T,r,c,few,seldom,e,m,,,\n\

@@ -128,6 +128,22 @@ impl Results<'_> {
                 let wins = self.pairs(pair)?.iter().map(won).collect();
                 Number::of_mean(wins, runs, ours)
             }
+            Comparand::Gain(pair, than) => {
+                let there = Pair {
+                    of: Score {
+                        experiments: than.clone(),
+                        ..pair.of.clone()
+                    },
+                    ..pair.clone()
+                };
+                let (here, there) = (self.pairs(pair)?, self.pairs(&there)?);
+                if here.len() != there.len() {
+                    return None;
+                }
+                let below = |(x, y): &(f64, f64)| y - x;
+                let gains = here.iter().zip(&there).map(|(a, b)| below(a) - below(b));
+                Number::of_mean(gains.collect(), runs, ours)
+            }
             Comparand::Parameter { experiment, path } => {
                 let text = self.paper.text(experiment)?;
                 parameter(text, path).ok().map(Number::exactly)

@@ -4,11 +4,12 @@ use crate::verdict::one_of;
 use toml::de::DeValue;
 
 /// The number that an experiment's file holds at `path`: keys joined by dots, `[i]` from 0, a list of tables
-/// entered by `id` or `name`. Fails with what there is where the path ends.
+/// entered by `id` or `name`. A key that has dots itself, as those of a case, stands in single quotes:
+/// `case.far.'prior.center'[0]`. Fails with what there is where the path ends.
 pub fn parameter(text: &str, path: &str) -> Result<f64, String> {
     let table = toml::de::DeTable::parse(text).map_err(|e| format!("TOML: {e}"))?;
     let mut at = DeValue::Table(table.into_inner());
-    for part in path.replace('[', ".[").split('.') {
+    for part in parts(path) {
         at = entered(at, part)?;
     }
     let number = match (at.as_float(), at.as_integer()) {
@@ -19,6 +20,26 @@ pub fn parameter(text: &str, path: &str) -> Result<f64, String> {
     number
         .and_then(|text| text.replace('_', "").parse().ok())
         .ok_or_else(|| format!("a path to a number, not to what {path} is"))
+}
+
+/// The keys and indices of a path, the quoted ones without their quotes.
+fn parts(path: &str) -> Vec<&str> {
+    let (mut parts, mut rest) = (Vec::new(), path);
+    loop {
+        let (part, after) = match rest.strip_prefix('\'').and_then(|r| r.split_once('\'')) {
+            Some(quoted) => quoted,
+            None => {
+                let inside = usize::from(rest.starts_with('['));
+                let end = rest[inside..].find(['.', '[']);
+                rest.split_at(end.map_or(rest.len(), |end| end + inside))
+            }
+        };
+        parts.push(part);
+        if after.is_empty() {
+            return parts;
+        }
+        rest = after.strip_prefix('.').unwrap_or(after);
+    }
 }
 
 fn entered<'a>(at: DeValue<'a>, part: &str) -> Result<DeValue<'a>, String> {
@@ -57,7 +78,8 @@ mod tests {
     use super::*;
 
     const TEXT: &str = "steps = 40\n[noise]\nw = { covariance = [[1.0, 2.5], [3.0, 4.0]] }\n\
-                        [[estimator]]\nid = \"f\"\nphi = 100\n[[metric]]\nname = \"rmse\"\nfrom = 4\n";
+                        [[estimator]]\nid = \"f\"\nphi = 100\n[[metric]]\nname = \"rmse\"\nfrom = 4\n\
+                        [[case]]\nid = \"far\"\n\"prior.center\" = [5.0, -5]\n\"estimator.f.phi\" = 20\n";
 
     #[test]
     fn a_parameter_is_found_by_its_path() {
@@ -66,6 +88,8 @@ mod tests {
             ("noise.w.covariance[0][1]", 2.5),
             ("estimator.f.phi", 100.0),
             ("metric.rmse.from", 4.0),
+            ("case.far.'prior.center'[1]", -5.0),
+            ("case.far.'estimator.f.phi'", 20.0),
         ] {
             assert_eq!(parameter(TEXT, path), Ok(value), "{path}");
         }
@@ -80,6 +104,11 @@ mod tests {
             ("noise.w.covariance[0][2]", "from 0 to 1"),
             ("noise.w", "a path to a number"),
             ("steps.x", "ends before"),
+            ("steps..x", "ends before"),
+            ("", "one of"),
+            ("case.far.'prior.centre'[0]", "did you mean prior.center?"),
+            ("case.far.prior.center[0]", "one of"),
+            ("case.far.'prior.center", "one of"),
         ] {
             let expected = parameter(TEXT, path).unwrap_err();
             assert!(expected.contains(told), "{path}: {expected}");

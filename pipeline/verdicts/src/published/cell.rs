@@ -146,6 +146,8 @@ pub enum Comparand {
     Drop(Pair),
     /// `wins(M)`: the share of runs in which the score is below the other.
     Wins(Pair),
+    /// `gain(M)`: by how much more the score is below the other than it is in other experiments.
+    Gain(Pair, Vec<String>),
     /// `parameter`: what an experiment's file holds at a path.
     Parameter {
         /// Experiment id.
@@ -293,22 +295,31 @@ impl Comparand {
             let over = columns.over.to_owned();
             return Ok(Self::Metric(Score { over, ..of }));
         };
-        let make = match derived {
-            "ratio" => Self::Ratio,
-            "percent" => Self::Percent,
-            "drop" => Self::Drop,
-            "wins" => Self::Wins,
+        let make: fn(Pair, Vec<String>) -> Self = match derived {
+            "ratio" => |pair, _| Self::Ratio(pair),
+            "percent" => |pair, _| Self::Percent(pair),
+            "drop" => |pair, _| Self::Drop(pair),
+            "wins" => |pair, _| Self::Wins(pair),
+            "gain" => Self::Gain,
             other => {
-                let expected = one_of(other, &["ratio", "percent", "drop", "wins"]);
+                let expected = one_of(other, &["ratio", "percent", "drop", "wins", "gain"]);
                 return wrong(&format!("{expected} before the bracket"), other);
             }
         };
-        let (over, over_metric) = (columns.over.split_once(':')).unwrap_or((columns.over, metric));
-        Ok(make(Pair {
+        let (than, over) = match columns.over.split_once('/') {
+            Some((than, over)) if derived == "gain" => (experiments(than)?, over),
+            None if derived == "gain" => {
+                return wrong("EXPERIMENT/ESTIMATOR in the column over", columns.over);
+            }
+            _ => (Vec::new(), columns.over),
+        };
+        let (over, over_metric) = over.split_once(':').unwrap_or((over, metric));
+        let pair = Pair {
             over: filled("an estimator in the column over", over)?,
             over_metric: filled("a metric after the colon", over_metric)?,
             of,
-        }))
+        };
+        Ok(make(pair, than))
     }
 
     /// What the column `metric` calls it; of a score the word before its bracket, if any.
@@ -319,6 +330,7 @@ impl Comparand {
             Self::Percent(_) => "percent",
             Self::Drop(_) => "drop",
             Self::Wins(_) => "wins",
+            Self::Gain(..) => "gain",
             Self::Parameter { .. } => "parameter",
             Self::Timing { .. } => "timing",
             Self::Complexity(_) => "complexity",
@@ -328,10 +340,18 @@ impl Comparand {
 
     /// Whether it is a number that was computed.
     pub fn is_score(&self) -> bool {
-        matches!(
-            self,
-            Self::Metric(_) | Self::Ratio(_) | Self::Percent(_) | Self::Drop(_) | Self::Wins(_)
-        )
+        matches!(self, Self::Metric(_)) || self.pair().is_some()
+    }
+
+    /// The two scores that it is made of, if it is made of two.
+    pub fn pair(&self) -> Option<&Pair> {
+        match self {
+            Self::Ratio(pair) | Self::Percent(pair) | Self::Drop(pair) | Self::Wins(pair) => {
+                Some(pair)
+            }
+            Self::Gain(pair, _) => Some(pair),
+            _ => None,
+        }
     }
 
     /// The experiments that it is of; none for what is of no experiment.
@@ -341,6 +361,7 @@ impl Comparand {
             Self::Ratio(pair) | Self::Percent(pair) | Self::Drop(pair) | Self::Wins(pair) => {
                 &pair.of.experiments
             }
+            Self::Gain(pair, _) => &pair.of.experiments,
             Self::Parameter { experiment, .. } => std::slice::from_ref(experiment),
             Self::Timing { of, .. } => &of.experiments,
             Self::Complexity(_) | Self::Claims(_) => &[],
@@ -375,6 +396,11 @@ impl Comparand {
             Self::Percent(of) => pair("percent", of),
             Self::Drop(of) => pair("drop", of),
             Self::Wins(of) => pair("wins", of),
+            Self::Gain(of, than) => {
+                let mut labels = pair("gain", of);
+                labels.push(("than in", than.join("+")));
+                labels
+            }
             Self::Parameter { path, .. } => vec![("component", path.clone())],
             Self::Timing { of, over } => vec![
                 ("estimator", of.estimator.clone()),
@@ -445,6 +471,19 @@ mod tests {
             ("g", "width")
         );
         assert_eq!(pair.of.metric, "rmse");
+        let Ok(Comparand::Gain(pair, than)) = parse(["a", "f", "gain(rmse)", "", "b+c/g"]) else {
+            panic!("a gain");
+        };
+        assert_eq!(
+            (pair.over.as_str(), pair.over_metric.as_str()),
+            ("g", "rmse")
+        );
+        assert_eq!(than, ["b", "c"]);
+        let (expected, got) = parse(["a", "f", "gain(rmse)", "", "g"]).unwrap_err();
+        assert_eq!(
+            (expected.as_str(), got.as_str()),
+            ("EXPERIMENT/ESTIMATOR in the column over", "\"g\"")
+        );
         assert_eq!(
             parse(["", "", "claims", "lemma-1", ""]),
             Ok(Comparand::Claims("lemma-1".to_owned()))

@@ -354,6 +354,12 @@ fn named(cell: &Cell, known: &Known<'_>) -> Result<(), (String, String)> {
             estimators(&pair.of.experiments, &pair.of.estimator)?;
             estimators(&pair.of.experiments, &pair.over)
         }
+        Comparand::Gain(pair, than) => {
+            [&pair.of.experiments, than].into_iter().try_for_each(|of| {
+                estimators(of, &pair.of.estimator)?;
+                estimators(of, &pair.over)
+            })
+        }
         Comparand::Parameter { experiment, path } => (known.parameter)(experiment, path)
             .map_err(|expected| (expected, format!("{experiment}, {path}"))),
         Comparand::Timing { of, over } => {
