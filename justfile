@@ -40,6 +40,14 @@ review:
 check:
     .ci/run --local
 
+# dist/*.whl: the Python package with the program, both in release (PROFILE=dev: what tests have compiled already)
+wheel PROFILE="release":
+    python/wheel {{ PROFILE }} dist
+
+# Overheads of the Python package, and it beside ZonoOpt, as ratios of one run
+bench-python *ARGS:
+    python/benches/overheads.py {{ ARGS }}
+
 # The bits of every estimator against snapshots/bits.txt: release, opt-level 1, x86-64-v3 (a minute or two each)
 bits:
     .ci/bits

@@ -2,7 +2,7 @@
 //!
 //! A set of a nonlinear system is an enclosure of an enclosure, step after step. Where a term is enclosed too widely, the
 //! set feeds on itself: it still contains the state and says nothing of it. [`Growth`] watches the boxes around an
-//! estimator's sets, component by component, so that no unit matters, and [`Growth::explained`] says where it comes from.
+//! estimator's sets, component by component, so that no unit matters, and [`Grown::explained`] says where it comes from.
 
 use crate::propagation::Dynamics;
 use crate::{AnySystem, Problem, System};

@@ -143,7 +143,7 @@ pub struct Tracking {
 impl Experiment {
     /// The sampling period of its system, s, where it has one.
     pub fn period(&self) -> Option<f64> {
-        zonobench_estimation::System::period(&self.problem.system)
+        self.problem.system.period()
     }
 
     /// The experiments of a file: one, or as many as its sweep and cases give.
