@@ -296,7 +296,9 @@ impl PyBelief {
     #[getter]
     fn set(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         let set = match &self.belief {
-            AnyBelief::Gaussian(_) => return Ok(None),
+            AnyBelief::Gaussian(_) | AnyBelief::ParticleBelief(_) | AnyBelief::Reported(_) => {
+                return Ok(None);
+            }
             AnyBelief::BoxWindow(b) => AnySet::Box(b.bounds().clone()),
             AnyBelief::ZonotopeBelief(b) => AnySet::Zonotope(b.set().clone()),
             AnyBelief::ConstrainedBelief(b) => AnySet::Constrained(b.set().clone()),
