@@ -3,7 +3,7 @@
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use zonobench_estimation::systems::{Form, Linear, Lpv, VanDerPol, VehicleSe2};
+use zonobench_estimation::systems::{Form, Linear, Lpv, Quadrotor, VanDerPol, VehicleSe2};
 use zonobench_estimation::{
     AnyBelief, AnyEstimator, AnySystem, Estimator, EstimatorSettings, Problem, Uncertain,
 };
@@ -141,6 +141,37 @@ fn vehicles(c: &mut Criterion) {
     }
 }
 
+/// The filters that everybody knows, on the quadrotor of twelve states.
+fn baselines(c: &mut Criterion) {
+    let part =
+        |n: usize, r: f64| Uncertain::from_box(&vec![-r; n], &vec![r; n]).expect("ordered bounds");
+    let problem = Problem {
+        system: AnySystem::Quadrotor(Quadrotor::published()),
+        prior: part(12, 0.1),
+        w: part(3, 1.0),
+        v: part(9, 0.01),
+    };
+    for settings in [
+        r#"{"kind": "ekf"}"#,
+        r#"{"kind": "ukf"}"#,
+        r#"{"kind": "particle", "particles": 1000}"#,
+    ] {
+        let e = estimator(settings, &problem);
+        let step = |k: usize, belief: AnyBelief| {
+            let predicted = e
+                .predict(k + 1, &belief, &[9.81, 0.0, 0.0, 0.0])
+                .expect("predictable");
+            e.update(k + 1, &predicted, &[9.81, 0.0, 0.0, 0.0], &[Some(0.0); 9])
+                .expect("consistent")
+        };
+        let belief = (0..5).fold(e.prior(), |belief, k| step(k, belief));
+        c.benchmark_group("quadrotor")
+            .bench_function(BenchmarkId::from_parameter(e.kind()), |b| {
+                b.iter(|| black_box(step(5, belief.clone())));
+            });
+    }
+}
+
 fn mixed(kind: &str, phi: usize) -> String {
     format!(r#"{{"kind": "{kind}", "phi": {phi}, "eta": 0.5, "alpha": 0.0027}}"#)
 }
@@ -203,6 +234,6 @@ criterion_group! {
         .sample_size(30)
         .warm_up_time(std::time::Duration::from_millis(300))
         .measurement_time(std::time::Duration::from_millis(1500));
-    targets = steps, vehicles
+    targets = steps, vehicles, baselines
 }
 criterion_main!(benches);

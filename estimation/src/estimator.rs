@@ -7,11 +7,13 @@
 
 use crate::estimators::{
     BoxStateEst, BoxStateEstSettings, BoxWindow, Comb, CombPlus, ConstrainedBelief, Czfo,
-    CzfoSettings, Czmv, CzmvSettings, DCz, DRrsr, DZb, Ezgkf, EzgkfM, EzgkfSettings, Ezgkp,
-    EzgkpSettings, Gaussian, Inzsmf, Kalman, KalmanSettings, Lift, MixedBelief, PolytopeBelief,
-    PolytopeFilterSettings, PoseZonotope, Rrsr, VehicleFilterSettings, Zfo, Zmv, ZonotopeBelief,
-    ZonotopeFilterSettings, Zsmf,
+    CzfoSettings, Czmv, CzmvSettings, DCz, DRrsr, DZb, Ekf, EkfSettings, Ezgkf, EzgkfM,
+    EzgkfSettings, Ezgkp, EzgkpSettings, Gaussian, Inzsmf, Kalman, KalmanSettings, Lift,
+    MixedBelief, Particle, ParticleBelief, ParticleSettings, PolytopeBelief,
+    PolytopeFilterSettings, PoseZonotope, Rrsr, Ukf, UkfSettings, VehicleFilterSettings, Zfo, Zmv,
+    ZonotopeBelief, ZonotopeFilterSettings, Zsmf,
 };
+use crate::reported::Reported;
 use crate::{EstimationError, Problem};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::{Interval, IntervalVector, Matrix};
@@ -92,12 +94,21 @@ pub trait Belief: Clone + Send {
     fn volume(&self) -> Option<f64> {
         self.size().volume
     }
+    /// The components of y_k that were measured and that the update could not use, so that they are not in this set: h or a
+    /// derivative of it may be undefined somewhere in the predicted one. None unless the documentation names some.
+    fn left_out(&self) -> &[usize] {
+        &[]
+    }
     /// What it is drawn from.
     fn shape(&self) -> Shape;
     /// What metrics may ask of this kind of belief beyond hull, size and covariance; none unless its
     /// documentation names some. The same names, in the same order, at every step.
     fn extras(&self) -> Vec<Extra> {
         Vec::new()
+    }
+    /// What its rows say in place of `ok` though the run goes on: `singular` where the measurement was not taken in.
+    fn status(&self) -> Option<&'static str> {
+        None
     }
     /// True if both are known to say the same of the state: an estimator that only keeps y_k for its next
     /// prediction has the same belief before and after. False where that is not looked at.
@@ -117,6 +128,11 @@ pub trait Estimator: Send + Sync {
     type Belief: Belief;
     /// What is known of x_0 before anything is measured.
     fn prior(&self) -> Self::Belief;
+    /// The same for one of several runs: an estimator that draws random numbers draws others in each.
+    fn prior_of_run(&self, run: u64) -> Self::Belief {
+        let _ = run;
+        self.prior()
+    }
     /// From the (updated, reduced) belief at k − 1 to the predicted one at `k`; `u_prev` is u_{k−1}.
     fn predict(
         &self,
@@ -154,6 +170,11 @@ pub trait Estimator: Send + Sync {
     /// What a user should know before trusting the numbers, e.g. an ill-conditioned inversion.
     fn warning(&self) -> Option<String> {
         None
+    }
+    /// What it took from the problem where its settings do not say, as key and value; none unless its documentation
+    /// names some.
+    fn readings(&self) -> Vec<(&'static str, &'static str)> {
+        Vec::new()
     }
 }
 
@@ -193,11 +214,17 @@ macro_rules! beliefs {
             fn volume(&self) -> Option<f64> {
                 match self { $(Self::$belief(b) => b.volume()),+ }
             }
+            fn left_out(&self) -> &[usize] {
+                match self { $(Self::$belief(b) => b.left_out()),+ }
+            }
             fn shape(&self) -> Shape {
                 match self { $(Self::$belief(b) => b.shape()),+ }
             }
             fn extras(&self) -> Vec<Extra> {
                 match self { $(Self::$belief(b) => b.extras()),+ }
+            }
+            fn status(&self) -> Option<&'static str> {
+                match self { $(Self::$belief(b) => b.status()),+ }
             }
             fn says_the_same(&self, other: &Self) -> bool {
                 match (self, other) {
@@ -247,7 +274,6 @@ macro_rules! estimators {
                 settings: &EstimatorSettings,
                 problem: &Problem,
             ) -> Result<Self, EstimationError> {
-                problem.validate()?;
                 match settings {
                     $(EstimatorSettings::$estimator(s) => {
                         Ok(Self::$estimator($estimator::new(s, problem)?))
@@ -273,6 +299,9 @@ macro_rules! estimators {
             type Belief = AnyBelief;
             fn prior(&self) -> AnyBelief {
                 match self { $(Self::$estimator(e) => AnyBelief::$belief(e.prior())),+ }
+            }
+            fn prior_of_run(&self, run: u64) -> AnyBelief {
+                match self { $(Self::$estimator(e) => AnyBelief::$belief(e.prior_of_run(run))),+ }
             }
             fn predict(
                 &self,
@@ -328,18 +357,23 @@ macro_rules! estimators {
             fn warning(&self) -> Option<String> {
                 match self { $(Self::$estimator(e) => e.warning()),+ }
             }
+            fn readings(&self) -> Vec<(&'static str, &'static str)> {
+                match self { $(Self::$estimator(e) => e.readings()),+ }
+            }
         }
     };
 }
 
 beliefs!(
     Gaussian,
+    ParticleBelief,
     BoxWindow,
     MixedBelief,
     ZonotopeBelief,
     ConstrainedBelief,
     PoseZonotope,
     PolytopeBelief,
+    Reported,
 );
 
 const VEHICLE_KEYS: [&str; 8] = [
@@ -367,17 +401,21 @@ const MIXED_KEYS: [&str; 7] = [
 
 estimators! {
     Kalman, KalmanSettings, Gaussian, "kalman", [];
+    Ekf, EkfSettings, Gaussian, "ekf", ["wrap"];
+    Ukf, UkfSettings, Gaussian, "ukf", ["alpha", "beta", "kappa", "wrap"];
+    Particle, ParticleSettings, ParticleBelief, "particle",
+        ["particles", "resample_below", "seed", "wrap"];
     BoxStateEst, BoxStateEstSettings, BoxWindow, "box-state-est", ["products", "scale"];
     Ezgkf, EzgkfSettings, MixedBelief, "ezgkf", MIXED_KEYS;
     EzgkfM, EzgkfSettings, MixedBelief, "ezgkf-m", MIXED_KEYS;
     Ezgkp, EzgkpSettings, MixedBelief, "ezgkp",
         ["phi", "eta", "alpha", "gain", "overbars", "merge_parallel", "form", "scale"];
-    Zmv, ZonotopeFilterSettings, ZonotopeBelief, "zmv", ["generators", "scale"];
-    Zfo, ZonotopeFilterSettings, ZonotopeBelief, "zfo", ["generators", "scale"];
+    Zmv, ZonotopeFilterSettings, ZonotopeBelief, "zmv", ["generators", "scale", "measurement"];
+    Zfo, ZonotopeFilterSettings, ZonotopeBelief, "zfo", ["generators", "scale", "measurement"];
     Czmv, CzmvSettings, ConstrainedBelief, "czmv",
-        ["generators", "constraints", "h", "scale"];
+        ["generators", "constraints", "h", "scale", "measurement"];
     Czfo, CzfoSettings, ConstrainedBelief, "czfo",
-        ["generators", "constraints", "h", "expansion", "remainder", "scale"];
+        ["generators", "constraints", "h", "expansion", "remainder", "scale", "measurement"];
     Zsmf, VehicleFilterSettings, PoseZonotope, "zsmf", VEHICLE_KEYS;
     Inzsmf, VehicleFilterSettings, PoseZonotope, "inzsmf", VEHICLE_KEYS;
     Rrsr, PolytopeFilterSettings, PolytopeBelief, "rrsr", POLYTOPE_KEYS;

@@ -27,6 +27,7 @@ pub mod problem;
 pub mod proof {}
 pub mod propagation;
 pub mod random;
+pub mod reported;
 pub mod signal;
 pub mod simulate;
 pub mod system;
@@ -38,6 +39,9 @@ pub use error::EstimationError;
 pub use estimator::{AnyBelief, AnyEstimator, Belief, Estimator, EstimatorSettings};
 pub use online::Online;
 pub use problem::{Problem, ProblemError, Uncertain, UncertainError};
+pub use reported::Reported;
 pub use simulate::{Inputs, Trajectory, Truth, simulate};
 pub use system::{AnySystem, System};
 pub use track::{Step, track};
+/// The sets and the numbers, so that one dependency is enough.
+pub use zonobench_sets as sets;

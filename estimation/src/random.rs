@@ -25,6 +25,12 @@ pub enum Purpose {
     WGaussian,
     /// The Gaussian part of the measurement noise.
     VGaussian,
+    /// The first cloud of a particle filter: step 0, component = particle, attempt = state component.
+    ParticleX0,
+    /// The process noise of a particle filter: component = particle, attempt = noise component.
+    ParticleW,
+    /// Where a particle filter begins to resample.
+    Resample,
 }
 
 impl Purpose {
@@ -38,6 +44,9 @@ impl Purpose {
             Purpose::X0Gaussian => b"x0-gauss",
             Purpose::WGaussian => b"w-gauss\0",
             Purpose::VGaussian => b"v-gauss\0",
+            Purpose::ParticleX0 => b"pf-x0\0\0\0",
+            Purpose::ParticleW => b"pf-w\0\0\0\0",
+            Purpose::Resample => b"pf-draw\0",
         }
     }
 }
@@ -92,10 +101,25 @@ impl Draws {
     ///
     /// Source: \[BoxMuller1958\].
     pub fn gaussian(&mut self, step: usize, component: usize, attempt: usize) -> f64 {
-        let [first, second] = self.words(step, component, attempt);
-        let a = ((first >> 11) + 1) as f64 * TWO_POW_MINUS_53;
-        let b = (second >> 11) as f64 * TWO_POW_MINUS_53;
-        (-2.0 * libm::log(a)).sqrt() * libm::cos(2.0 * std::f64::consts::PI * b)
+        box_muller(self.words(step, component, attempt))
+    }
+
+    /// The standard normal numbers of the attempts 0, 1, … of one step and component: those of
+    /// [`Draws::gaussian`], read in one go.
+    pub fn gaussians(&mut self, step: usize, component: usize, into: &mut [f64]) {
+        for (attempt, x) in into.iter_mut().enumerate() {
+            let words = match attempt {
+                0 => self.words(step, component, 0),
+                _ => {
+                    // The rest of the block before: 16 words of 32 bits, four of them read.
+                    for _ in 0..6 {
+                        self.stream.next_u64();
+                    }
+                    [self.stream.next_u64(), self.stream.next_u64()]
+                }
+            };
+            *x = box_muller(words);
+        }
     }
 
     /// −1 or +1, with equal chances.
@@ -106,6 +130,12 @@ impl Draws {
             -1.0
         }
     }
+}
+
+fn box_muller([first, second]: [u64; 2]) -> f64 {
+    let a = ((first >> 11) + 1) as f64 * TWO_POW_MINUS_53;
+    let b = (second >> 11) as f64 * TWO_POW_MINUS_53;
+    (-2.0 * libm::log(a)).sqrt() * libm::cos(2.0 * std::f64::consts::PI * b)
 }
 
 const TWO_POW_MINUS_53: f64 = f64::EPSILON / 2.0;
@@ -202,6 +232,18 @@ mod tests {
             .collect();
         down.reverse();
         assert_eq!(up, down);
+    }
+
+    #[test]
+    fn numbers_read_in_one_go_are_those_of_their_addresses() {
+        let mut draws = Draws::new(5, Purpose::ParticleW, 9);
+        for (step, component) in [(0, 0), (7, 3), (7, 4), (2, 65_535)] {
+            let mut all = [0.0; 13];
+            draws.gaussians(step, component, &mut all);
+            for (attempt, x) in all.into_iter().enumerate() {
+                assert_eq!(x, draws.gaussian(step, component, attempt));
+            }
+        }
     }
 
     /// Computed with an independent ChaCha8 in Python from the address scheme of the module's docs.

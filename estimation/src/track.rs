@@ -59,6 +59,7 @@ pub struct Track<'a, E: Estimator, D> {
     steps: usize,
     data: D,
     k: usize,
+    run: u64,
     /// The updated belief of the step before, not yet reduced.
     belief: Option<E::Belief>,
     ended: bool,
@@ -72,14 +73,21 @@ impl<'a, E: Estimator, D: Data> Track<'a, E, D> {
             steps,
             data,
             k: 0,
+            run: 0,
             belief: None,
             ended: false,
         }
     }
 
+    /// As one of several runs: an estimator that draws random numbers draws those of this run.
+    pub fn of_run(mut self, run: u64) -> Self {
+        self.run = run;
+        self
+    }
+
     fn predict(&mut self, k: usize) -> Result<E::Belief, EstimationError> {
         match self.belief.take() {
-            None => Ok(self.estimator.prior()),
+            None => Ok(self.estimator.prior_of_run(self.run)),
             Some(belief) => {
                 let belief = self.estimator.reduce_order(k - 1, belief)?;
                 let input = self.data.input(k - 1);

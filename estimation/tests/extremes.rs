@@ -125,8 +125,11 @@ fn sparse_pairs_of_any_size_end_in_boxes_that_hold_the_truth_or_in_an_error() {
     assert!(made > 2000 && refused > 2000, "{made} {refused}");
 }
 
-const FILTERS: [&str; 13] = [
+const FILTERS: [&str; 16] = [
     r#"{"kind": "kalman"}"#,
+    r#"{"kind": "ekf"}"#,
+    r#"{"kind": "ukf"}"#,
+    r#"{"kind": "particle", "particles": 20}"#,
     BOX,
     r#"{"kind": "ezgkf", "phi": 9, "eta": 0.5, "alpha": 0.1}"#,
     r#"{"kind": "ezgkf", "phi": 9, "eta": 1.0, "alpha": 0.1, "merge_parallel": true}"#,

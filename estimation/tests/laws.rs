@@ -26,6 +26,9 @@ fn parse(json: &str) -> EstimatorSettings {
 fn all() -> Vec<EstimatorSettings> {
     [
         r#"{"kind": "kalman"}"#,
+        r#"{"kind": "ekf", "wrap": true}"#,
+        r#"{"kind": "ukf", "alpha": 0.5, "beta": 1.5, "kappa": 1}"#,
+        r#"{"kind": "particle", "particles": 100, "resample_below": 0.75, "seed": 3}"#,
         r#"{"kind": "box-state-est"}"#,
         r#"{"kind": "box-state-est", "products": "printed"}"#,
         r#"{"kind": "ezgkf", "phi": 12, "eta": 0.5, "alpha": 0.01}"#,
@@ -190,9 +193,9 @@ fn each_kind_says_its_name_and_its_settings() {
             .map(String::as_str)
             .filter(|k| *k != "kind")
             .collect();
-        // `scale` is written where it is set alone.
+        // `scale` and `measurement` are written where they are set alone.
         let mut known: Vec<&str> = info.keys.to_vec();
-        known.retain(|key| *key != "scale");
+        known.retain(|key| !["scale", "measurement"].contains(key));
         keys.sort_unstable();
         known.sort_unstable();
         if known.contains(&"jacobian") {
@@ -221,7 +224,7 @@ fn only_set_membership_filters_in_a_sound_reading_are_called_guaranteed() {
         let stacked = settings == parse(r#"{"kind": "box-state-est"}"#);
         let nonlinear = !matches!(
             estimator.kind(),
-            "kalman" | "box-state-est" | "ezgkf" | "ezgkf-m" | "ezgkp"
+            "kalman" | "ekf" | "ukf" | "particle" | "box-state-est" | "ezgkf" | "ezgkf-m" | "ezgkp"
         );
         assert_eq!(estimator.guaranteed(), stacked || nonlinear, "{settings:?}");
         let predicted = matches!(estimator.kind(), "kalman" | "ezgkp");
@@ -283,8 +286,9 @@ fn a_belief_of_another_estimator_is_refused() {
         .iter()
         .map(|s| AnyEstimator::new(s, &problem()).unwrap())
         .collect();
+    let other = estimators.iter().find(|e| e.kind() == "particle").unwrap();
     let error = estimators[0]
-        .predict(1, &estimators[1].prior(), &[0.0])
+        .predict(1, &other.prior(), &[0.0])
         .unwrap_err();
     assert!(
         error
@@ -595,6 +599,8 @@ fn a_step_in_a_loop_allocates_nothing_but_an_inverse() {
     let (u, y) = data(300);
     for (settings, allowed) in [
         (r#"{"kind": "kalman"}"#, 0),
+        (r#"{"kind": "ekf"}"#, 0),
+        (r#"{"kind": "ukf"}"#, 0),
         (r#"{"kind": "zmv", "generators": 12}"#, 0),
         (r#"{"kind": "zfo", "generators": 12}"#, 0),
         (r#"{"kind": "czmv", "generators": 12, "constraints": 3}"#, 0),

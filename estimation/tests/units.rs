@@ -291,6 +291,9 @@ fn difference(
 /// Every estimator in settings in which it compares no components, or compares them in units of the prior.
 const FREE: &[&str] = &[
     r#"{"kind": "kalman"}"#,
+    r#"{"kind": "ekf"}"#,
+    r#"{"kind": "ukf"}"#,
+    r#"{"kind": "particle", "particles": 50}"#,
     r#"{"kind": "box-state-est", "scale": "prior"}"#,
     r#"{"kind": "box-state-est", "products": "printed", "scale": "prior"}"#,
     r#"{"kind": "zfo", "generators": 12, "scale": "prior"}"#,

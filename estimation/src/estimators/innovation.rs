@@ -38,41 +38,7 @@ impl Innovation<'_> {
     /// Fails with `NotFinite` where S has overflowed, and with `Singular` where it has a direction of
     /// negative variance, which no covariance has.
     pub fn gain(&self) -> Result<(Matrix, Option<Range>), SetError> {
-        const OP: &str = "gain";
-        let s = self.s;
-        if let Some(&value) = s.as_slice().iter().find(|x| !x.is_finite()) {
-            return Err(SetError::NotFinite { op: OP, value });
-        }
-        if s.rows() == 1 && s[(0, 0)] > 0.0 {
-            return Ok((self.pct.divide(s[(0, 0)]), None));
-        }
-        if s.rows() > 1
-            && let Ok(l) = s.cholesky()
-        {
-            let regular = |i| l[(i, i)] * l[(i, i)] > REGULAR * s[(i, i)];
-            if (0..s.rows()).all(regular) || self.range()?.is_whole() {
-                let k = l.solve_by_factor(&self.pct.transpose()).transpose();
-                return Ok((k, None));
-            }
-        }
-        let range = self.range()?;
-        let kept = range.kept();
-        let mut gain = Matrix::zeros(self.pct.rows(), s.rows());
-        let part = self.pct.select_columns(kept);
-        let solved = match kept {
-            [] => return Ok((gain, Some(range))),
-            &[i] => part.divide(s[(i, i)]),
-            _ => Matrix::from_fn(kept.len(), kept.len(), |i, j| s[(kept[i], kept[j])])
-                .solve_positive_definite(&part.transpose())
-                .map_err(|_| SetError::Singular { op: OP })?
-                .transpose(),
-        };
-        for (j, &component) in kept.iter().enumerate() {
-            for i in 0..gain.rows() {
-                gain[(i, component)] = solved[(i, j)];
-            }
-        }
-        Ok((gain, Some(range)))
+        gain(self.pct, self.s, || self.rounding())
     }
 
     /// The range of S.
@@ -93,6 +59,50 @@ impl Innovation<'_> {
             })
             .collect()
     }
+}
+
+/// K = P Cᵀ S⁻ from P Cᵀ and S, and the range of S if S is singular; `rounding` is what each diagonal entry of S may be
+/// off by. Fails as [`Innovation::gain`].
+pub(super) fn gain(
+    pct: &Matrix,
+    s: &Matrix,
+    rounding: impl Fn() -> List<f64>,
+) -> Result<(Matrix, Option<Range>), SetError> {
+    const OP: &str = "gain";
+    let range = || Range::of(s, &rounding());
+    if let Some(&value) = s.as_slice().iter().find(|x| !x.is_finite()) {
+        return Err(SetError::NotFinite { op: OP, value });
+    }
+    if s.rows() == 1 && s[(0, 0)] > 0.0 {
+        return Ok((pct.divide(s[(0, 0)]), None));
+    }
+    if s.rows() > 1
+        && let Ok(l) = s.cholesky()
+    {
+        let regular = |i| l[(i, i)] * l[(i, i)] > REGULAR * s[(i, i)];
+        if (0..s.rows()).all(regular) || range()?.is_whole() {
+            let k = l.solve_by_factor(&pct.transpose()).transpose();
+            return Ok((k, None));
+        }
+    }
+    let range = range()?;
+    let kept = range.kept();
+    let mut gain = Matrix::zeros(pct.rows(), s.rows());
+    let part = pct.select_columns(kept);
+    let solved = match kept {
+        [] => return Ok((gain, Some(range))),
+        &[i] => part.divide(s[(i, i)]),
+        _ => Matrix::from_fn(kept.len(), kept.len(), |i, j| s[(kept[i], kept[j])])
+            .solve_positive_definite(&part.transpose())
+            .map_err(|_| SetError::Singular { op: OP })?
+            .transpose(),
+    };
+    for (j, &component) in kept.iter().enumerate() {
+        for i in 0..gain.rows() {
+            gain[(i, component)] = solved[(i, j)];
+        }
+    }
+    Ok((gain, Some(range)))
 }
 
 /// The range of a positive semidefinite matrix: the components that were independent, and how the

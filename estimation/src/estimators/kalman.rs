@@ -3,8 +3,8 @@
 use super::innovation::Innovation;
 use super::linear_output::{LinearOutput, complement, congruence};
 use crate::error::finite_vector;
-use crate::estimator::{Belief, Containment, Estimator, Measurement, Phase, Shape, Size};
-use crate::{EstimationError, Problem};
+use crate::estimator::{Belief, Containment, Estimator, Extra, Measurement, Phase, Shape, Size};
+use crate::{EstimationError, Problem, System};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::{Interval, IntervalVector, List, Matrix};
 
@@ -15,18 +15,71 @@ const KIND: &str = "kalman";
 #[serde(deny_unknown_fields)]
 pub struct KalmanSettings {}
 
-/// N(x̂, P). It has no set.
+/// How far a measurement was from what was expected, as the filter saw it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Innovated {
+    /// zᵀ S⁻¹ z of the innovation z and its covariance S.
+    pub squared: f64,
+    /// The number of components measured.
+    pub components: usize,
+}
+
+impl Innovated {
+    /// zᵀ S⁻¹ z, or None where S has no Cholesky factor.
+    pub(super) fn new(s: &Matrix, z: &[f64]) -> Option<Self> {
+        let squared = match z {
+            [z] => z * z / s[(0, 0)],
+            z => {
+                let solved = s.cholesky().ok()?.solve_by_factor(&Matrix::column(z));
+                z.iter().zip(solved.as_slice()).map(|(z, w)| z * w).sum()
+            }
+        };
+        Some(Self {
+            squared,
+            components: z.len(),
+        })
+    }
+}
+
+/// N(x̂, P). It has no set. Its extra numbers, after a measurement whose innovation has a regular covariance: `nis`,
+/// zᵀ S⁻¹ z, and `nis_components`, the number of components measured.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gaussian {
     /// x̂.
     pub mean: List<f64>,
     /// P, n × n, symmetric.
     pub covariance: Matrix,
+    /// What was measured last, beside what was expected.
+    pub innovated: Option<Innovated>,
+    /// True if the last measurement was not taken in, because its innovation has no covariance.
+    pub singular: bool,
 }
 
 impl Gaussian {
+    /// N(`mean`, `covariance`), before a measurement.
+    pub fn new(mean: List<f64>, covariance: Matrix) -> Self {
+        Self {
+            mean,
+            covariance,
+            innovated: None,
+            singular: false,
+        }
+    }
+
+    /// After a measurement.
+    pub(super) fn after(mut self, innovated: Option<Innovated>) -> Self {
+        self.innovated = innovated;
+        self
+    }
+
+    /// After a measurement that was not taken in.
+    pub(super) fn singular(mut self) -> Self {
+        self.singular = true;
+        self
+    }
+
     /// Itself, or `Overflow` at step `k`.
-    fn finite(self, k: usize, op: &'static str) -> Result<Self, EstimationError> {
+    pub(super) fn finite(self, k: usize, op: &'static str) -> Result<Self, EstimationError> {
         if self.mean.iter().all(|x| x.is_finite()) && self.covariance.is_finite() {
             Ok(self)
         } else {
@@ -59,6 +112,18 @@ impl Belief for Gaussian {
             ..Shape::default()
         }
     }
+    fn extras(&self) -> Vec<Extra> {
+        extras(self.innovated)
+    }
+    fn status(&self) -> Option<&'static str> {
+        self.singular.then_some("singular")
+    }
+}
+
+/// What metrics may ask of a measurement.
+pub(super) fn extras(innovated: Option<Innovated>) -> Vec<Extra> {
+    let named = |i: Innovated| vec![("nis", i.squared), ("nis_components", i.components as f64)];
+    innovated.map_or_else(Vec::new, named)
 }
 
 /// The Kalman filter of a linear time-invariant system:
@@ -88,7 +153,11 @@ pub struct Kalman {
 
 impl Kalman {
     /// Fails where the system is not linear or a covariance is missing.
-    pub fn new(_settings: &KalmanSettings, problem: &Problem) -> Result<Self, EstimationError> {
+    pub fn new<Y: System>(
+        _settings: &KalmanSettings,
+        problem: &Problem<Y>,
+    ) -> Result<Self, EstimationError> {
+        problem.validate()?;
         let Some(parts) = problem.system.linear_parts() else {
             return Err(EstimationError::Unsupported {
                 kind: KIND,
@@ -106,10 +175,10 @@ impl Kalman {
                 return Err(EstimationError::setting(KIND, key, "given", "nothing"));
             }
         }
-        let prior = Gaussian {
-            mean: problem.prior.gaussian_mean().into(),
-            covariance: problem.prior.covariance_matrix(),
-        };
+        let prior = Gaussian::new(
+            problem.prior.gaussian_mean().into(),
+            problem.prior.covariance_matrix(),
+        );
         let mean = problem.v.gaussian_mean().into();
         let output = LinearOutput::new(parts.c, parts.d, mean, &problem.v);
         Ok(Self {
@@ -144,7 +213,7 @@ impl Estimator for Kalman {
         }
         let mut covariance = congruence(&self.a, &belief.covariance);
         covariance.add_assign(&self.w_covariance);
-        Gaussian { mean, covariance }.finite(k, "predict")
+        Gaussian::new(mean, covariance).finite(k, "predict")
     }
 
     fn update(
@@ -173,15 +242,21 @@ impl Estimator for Kalman {
         .map_err(EstimationError::at(k, "gain"))?;
         let mut innovation = z.clone();
         output.c.sub_mul_vec(&belief.mean, &mut innovation);
-        if let Some(range) = range {
-            let sizes = output.sizes(&belief.mean, u, &z, &self.prior.covariance);
-            range.check(k, "gain", &innovation, &sizes)?;
-        }
+        let innovated = match &range {
+            None => Innovated::new(&s, &innovation),
+            Some(range) => {
+                let sizes = output.sizes(&belief.mean, u, &z, &self.prior.covariance);
+                range.check(k, "gain", &innovation, &sizes)?;
+                None
+            }
+        };
         let mut mean = belief.mean.clone();
         gain.add_mul_vec(&innovation, &mut mean);
         let mut covariance = congruence(&complement(&gain, &output.c), p);
         covariance.add_assign(&congruence(&gain, &output.covariance));
-        Gaussian { mean, covariance }.finite(k, "update")
+        Gaussian::new(mean, covariance)
+            .after(innovated)
+            .finite(k, "update")
     }
 
     fn guaranteed(&self) -> bool {

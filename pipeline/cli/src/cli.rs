@@ -15,7 +15,7 @@ use zonobench_engine::progress::{Progress, Verbosity};
 use zonobench_evidence::attack::{self, Size};
 use zonobench_evidence::count::text as counts_text;
 use zonobench_evidence::ledger;
-use zonobench_lab::experiment::Experiment;
+use zonobench_lab::experiment::{Experiment, allow_commands};
 use zonobench_lab::outlook;
 use zonobench_lab::recorded;
 use zonobench_lab::tracking::{self, MOST_FOLDED, Tracked};
@@ -28,6 +28,7 @@ use zonobench_query::tables;
 use zonobench_report as report;
 use zonobench_verdicts::compare::Scale;
 use zonobench_verdicts::papers::{self, Paper};
+use zonobench_verdicts::rank::{self, Wanted};
 use zonobench_verdicts::verdict::Verdict;
 
 /// Set-membership and mixed state estimation: published results, rebuilt and compared.
@@ -87,6 +88,9 @@ enum Command {
         /// Threads; all processors if not given
         #[arg(long, value_parser = number_of_threads)]
         jobs: Option<usize>,
+        /// Start the programs that the files name as estimators (kind = "command"), with your rights
+        #[arg(long)]
+        allow_commands: bool,
     },
     /// Run estimators on recorded data: no simulation, no truth
     Track {
@@ -105,6 +109,9 @@ enum Command {
         /// How many steps in a row may have no measurement: each of them is predicted
         #[arg(long, value_name = "STEPS", default_value_t = recorded::LONGEST_GAP)]
         longest_gap: usize,
+        /// Start the programs that the file names as estimators (kind = "command"), with your rights
+        #[arg(long)]
+        allow_commands: bool,
     },
     /// Show what would run, and why
     Plan {
@@ -175,6 +182,31 @@ enum Command {
         /// The query
         sql: String,
         /// How to print the result
+        #[arg(long, value_enum, default_value = "table")]
+        format: query::Format,
+        #[command(flatten)]
+        lake: LakeArg,
+    },
+    /// Compare methods on the same draws: ratios of means by paired differences, with a verdict
+    ///
+    /// Every two estimators of an experiment are compared by every metric, run by run: the ratio of their means, its 99 %
+    /// interval from the pairs, and what follows for the first: "less", "more", or "no difference" where the interval
+    /// holds 1. "undecided": fewer than two runs have both, or the runs do not differ, so that they say nothing of others.
+    /// An estimator's rank is one more than the number of those that are less for certain; equal ranks are not told
+    /// apart. Less is better of errors and sizes, not of `contains` or `coverage`. Of a hundred comparisons of equal
+    /// methods one is wrong by chance.
+    ///
+    /// For example: zonobench rank ezgkf/lpv --metric rmse
+    Rank {
+        /// PAPER, PAPER/EXPERIMENT or EXPERIMENT (all that the lake holds if not given)
+        experiments: Vec<String>,
+        /// Only this metric (may be repeated)
+        #[arg(long, value_name = "NAME")]
+        metric: Vec<String>,
+        /// Only comparisons with this estimator
+        #[arg(long, value_name = "ID")]
+        against: Option<String>,
+        /// How to print them: csv and json have a row a pair
         #[arg(long, value_enum, default_value = "table")]
         format: query::Format,
         #[command(flatten)]
@@ -364,18 +396,31 @@ fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
             Ok(0)
         }
         Command::Check { file } => check(&file),
-        Command::Run { files, lake, jobs } => run_files(&files, &lake.lake, jobs, verbosity),
+        Command::Run {
+            files,
+            lake,
+            jobs,
+            allow_commands,
+        } => {
+            let experiments = load(&files, allow_commands)?;
+            if verbosity != Verbosity::Quiet {
+                files.iter().for_each(|file| warn(file));
+            }
+            run_files(experiments, &lake.lake, jobs, verbosity)
+        }
         Command::Track {
             file,
             measurements,
             inputs,
             out,
             longest_gap,
+            allow_commands,
         } => {
             let recording = tracking::Files {
                 measurements: &measurements,
                 inputs: inputs.as_deref(),
                 longest_gap,
+                allow_commands,
             };
             track(&tracking::track(&file, &recording, &out)?, verbosity)
         }
@@ -435,6 +480,26 @@ fn run(command: Command, verbosity: Verbosity) -> Result<u8, Error> {
         Command::Query { sql, format, lake } => {
             let mut out = BufWriter::new(std::io::stdout());
             query::write(&lake.lake, &sql, format, &mut out)?;
+            Ok(0)
+        }
+        Command::Rank {
+            experiments,
+            metric,
+            against,
+            format,
+            lake,
+        } => {
+            let wanted = Wanted {
+                experiments,
+                metrics: metric,
+                against,
+            };
+            let rankings = rank::rankings(&lake.lake, &wanted)?;
+            print(&match format {
+                query::Format::Table => rank::text(&rankings),
+                query::Format::Csv => rank::csv(&rankings),
+                query::Format::Json => rank::json(&rankings),
+            })?;
             Ok(0)
         }
         Command::Report { lake, out } => {
@@ -753,6 +818,15 @@ fn flag(lake: &Path) -> String {
     }
 }
 
+/// The experiments of the user's files, whose names differ, and whose programs may be started.
+fn load(files: &[PathBuf], allow: bool) -> Result<Vec<Arc<Experiment>>, Error> {
+    let mut experiments = read(files)?;
+    for experiment in &mut experiments {
+        allow_commands(&mut experiment.estimators, allow)?;
+    }
+    Ok(experiments.into_iter().map(Arc::new).collect())
+}
+
 /// What was understood of an experiment file.
 fn check(file: &Path) -> Result<u8, Error> {
     let experiments = Experiment::load(file)?;
@@ -781,18 +855,18 @@ fn check(file: &Path) -> Result<u8, Error> {
 
 /// Tells what is right in a file and perhaps not meant.
 fn warn(file: &Path) {
-    let warnings = Experiment::warnings(file);
-    for warning in warnings.iter().take(MOST_TOLD) {
+    let (first, all) = Experiment::warnings(file, MOST_TOLD);
+    for warning in &first {
         eprintln!("warning: {warning}");
     }
-    if let Some(more) = warnings.len().checked_sub(MOST_TOLD).filter(|&n| n > 0) {
-        eprintln!("{} more warnings", more);
+    if let Some(more) = all.checked_sub(MOST_TOLD).filter(|&n| n > 0) {
+        eprintln!("{more} more warnings");
     }
 }
 
 /// The experiments of the user's files, whose names differ.
-fn load(files: &[PathBuf]) -> Result<Vec<Arc<Experiment>>, Error> {
-    let mut experiments: Vec<(Arc<Experiment>, &Path)> = Vec::new();
+fn read(files: &[PathBuf]) -> Result<Vec<Experiment>, Error> {
+    let mut experiments: Vec<(Experiment, &Path)> = Vec::new();
     for file in files {
         for experiment in Experiment::load(file)? {
             if let Some((_, first)) = experiments
@@ -805,7 +879,7 @@ fn load(files: &[PathBuf]) -> Result<Vec<Arc<Experiment>>, Error> {
                     got: experiment.name(),
                 });
             }
-            experiments.push((Arc::new(experiment), file));
+            experiments.push((experiment, file));
         }
     }
     Ok(experiments
@@ -815,16 +889,12 @@ fn load(files: &[PathBuf]) -> Result<Vec<Arc<Experiment>>, Error> {
 }
 
 fn run_files(
-    files: &[PathBuf],
+    experiments: Vec<Arc<Experiment>>,
     lake: &Path,
     jobs: Option<usize>,
     verbosity: Verbosity,
 ) -> Result<u8, Error> {
     let start = Instant::now();
-    let experiments = load(files)?;
-    if verbosity != Verbosity::Quiet {
-        files.iter().for_each(|file| warn(file));
-    }
     let store = Store::open(lake)?;
     let progress = Progress::new(verbosity, work(&experiments));
     let pool = threads(jobs)?;
@@ -929,7 +999,8 @@ fn experiments(files: &[PathBuf], papers: &[String]) -> Result<Vec<Arc<Experimen
         let of_papers = papers.into_iter().flat_map(|paper| paper.experiments);
         Ok(of_papers.chain(gallery).collect())
     } else {
-        load(files)
+        // Nothing runs here.
+        Ok(read(files)?.into_iter().map(Arc::new).collect())
     }
 }
 

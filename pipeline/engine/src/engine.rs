@@ -174,12 +174,13 @@ pub fn owns(experiment: &Experiment) -> Result<Vec<Own>, Error> {
         })?
         .u;
     let own = |spec: &EstimatorSpec| {
-        let made = AnyEstimator::new(&spec.settings, &spec.problem);
+        let settings = spec.settings.built_in()?;
+        let made = AnyEstimator::new(settings, &spec.problem);
         let is_guaranteed = made.is_ok_and(|estimator| estimator.guaranteed());
         is_guaranteed.then(|| Own {
             system: e.name(),
             estimator: spec.id.clone(),
-            settings: spec.settings.clone(),
+            settings: settings.clone(),
             problem: spec.problem.clone(),
             inputs: inputs.clone(),
         })

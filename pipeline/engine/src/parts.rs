@@ -10,6 +10,7 @@ use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 use zonobench_estimation::track::Data as _;
 use zonobench_estimation::{AnyEstimator, Estimator};
+use zonobench_lab::experiment::Method;
 use zonobench_lab::stage::{Experiment, Recordings};
 use zonobench_lake::error::Error;
 use zonobench_sets::ops::{Stage, clocked};
@@ -64,7 +65,11 @@ fn measured(
         estimator: spec.id.clone(),
         source: Box::new(source),
     };
-    let estimator = AnyEstimator::new(&spec.settings, &spec.problem).map_err(failed)?;
+    let Method::BuiltIn(settings) = &spec.settings else {
+        // A program has no parts to be timed.
+        return Ok(Shares::new());
+    };
+    let estimator = AnyEstimator::new(settings, &spec.problem).map_err(failed)?;
     let run = recordings.run(0);
     let mut spent: BTreeMap<Phase, f64> = Phase::ALL.map(|phase| (phase, 0.0)).into();
     let mut whole = 0.0;

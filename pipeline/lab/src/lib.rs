@@ -2,6 +2,7 @@
 //!
 //! What a paper prints, and how a number is shown, is not known here.
 
+pub mod command;
 pub mod experiment;
 pub mod illustrate;
 pub mod outlook;

@@ -206,13 +206,13 @@ fn estimators(experiment: &Experiment) -> String {
             .filter(|spec| spec.settings.kind() == info.kind)
             .map(|spec| spec.id.as_str())
             .collect();
-        let made = match experiment
-            .estimators
-            .iter()
-            .find(|s| s.settings.kind() == info.kind)
-        {
-            Some(spec) => {
-                AnyEstimator::new(&spec.settings, &spec.problem).map_err(|e| e.to_string())
+        let found = experiment.estimators.iter().find_map(|spec| {
+            let settings = spec.settings.built_in()?;
+            (settings.kind() == info.kind).then_some((settings, &spec.problem))
+        });
+        let made = match found {
+            Some((settings, problem)) => {
+                AnyEstimator::new(settings, problem).map_err(|e| e.to_string())
             }
             None => serde_json::from_value::<EstimatorSettings>(settings(info.kind, n))
                 .map_err(|e| e.to_string())
@@ -249,6 +249,14 @@ fn estimators(experiment: &Experiment) -> String {
             }
         }
     }
+    for spec in &experiment.estimators {
+        if spec.settings.built_in().is_none() {
+            let (kind, id) = (spec.settings.kind(), &spec.id);
+            applies += &format!(
+                "  {kind:14}not guaranteed; in the file as {id}; runs with --allow-commands\n"
+            );
+        }
+    }
     let mut out = format!("estimators that apply\n{applies}");
     if !others.is_empty() {
         out += &format!("estimators that do not\n{others}");
@@ -266,14 +274,21 @@ fn size(experiment: &Experiment) -> String {
     let per_step: usize = experiment
         .estimators
         .iter()
-        .map(
-            |spec| match AnyEstimator::new(&spec.settings, &spec.problem) {
-                Ok(e) if experiment.output.updated_only && e.reported_phase() == Phase::Updated => {
+        .map(|spec| {
+            match spec
+                .settings
+                .built_in()
+                .map(|s| AnyEstimator::new(s, &spec.problem))
+            {
+                None => 1,
+                Some(Ok(e))
+                    if experiment.output.updated_only && e.reported_phase() == Phase::Updated =>
+                {
                     1
                 }
                 _ => 2,
-            },
-        )
+            }
+        })
         .sum();
     let rows = [
         ("truth", times(all, n)),
@@ -313,7 +328,7 @@ fn grouped(number: usize) -> String {
     let digits = number.to_string();
     let mut out = String::new();
     for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i) % 3 == 0 {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
             out.push(' ');
         }
         out.push(digit);

@@ -1,7 +1,7 @@
 //! `track`: estimators on recorded data, without a simulation and without a truth.
 
 use crate::experiment::metric::needs_truth;
-use crate::experiment::{MetricSpec, Tracking};
+use crate::experiment::{MetricSpec, Tracking, allow_commands};
 use crate::recorded::{self, Recording};
 use crate::stage::ending::Ending;
 use crate::stage::estimate::{Job, describe, extras, make, volumes};
@@ -26,6 +26,8 @@ pub struct Files<'a> {
     pub inputs: Option<&'a Path>,
     /// The most steps in a row without a row of measurements.
     pub longest_gap: usize,
+    /// Whether programs that the file names may be started.
+    pub allow_commands: bool,
 }
 
 /// What was written for one combination of a file's sweep and cases.
@@ -56,7 +58,10 @@ pub const MOST_FOLDED: usize = 1_000_000;
 /// An estimator that ends early takes nothing from the others. Fails on a wrong file, and on a system with
 /// inputs without a recording of them.
 pub fn track(file: &Path, files: &Files, out: &Path) -> Result<Vec<Tracked>, Error> {
-    let trackings = Tracking::load(file)?;
+    let mut trackings = Tracking::load(file)?;
+    for tracking in &mut trackings {
+        allow_commands(&mut tracking.estimators, files.allow_commands)?;
+    }
     let several = trackings.len() > 1;
     let mut read = Reader {
         files,

@@ -66,10 +66,10 @@ table! {
         k: i32, "1", "step, from 0";
         phase: Name, "1", "predicted (before y_k) or updated (after y_k); an estimator that only keeps y_k for its next prediction has no updated rows";
         component: Name, "1", "state component";
-        center: Option<f64>, "state", "point estimate; null if the status is not ok";
+        center: Option<f64>, "state", "point estimate; null in the last row of a run that ended early";
         lower: Option<f64>, "state", "lower bound of the set's interval hull; null without a set";
         upper: Option<f64>, "state", "upper bound of the set's interval hull; null without a set";
-        status: Name, "1", "ok, or unbounded (a bound is infinite); in the last row of a run that ended early inconsistent (measurement contradicts the model), refused (the estimator does not go on), singular (a matrix has no inverse), overflow (a number is not finite) or failed";
+        status: Name, "1", "ok, unbounded (a bound is infinite), or beside an estimate singular (the measurement was not taken in, and the run goes on) or refuted (a program of the user's own claims a guarantee, and its set does not hold the truth); in the last row of a run that ended early inconsistent (measurement contradicts the model), refused (the estimator does not go on), singular (a matrix has no inverse), overflow (a number is not finite), timeout (a program of the user's own did not answer) or failed";
     }
 }
 
@@ -93,12 +93,13 @@ table! {
 }
 
 table! {
-    /// A number that one kind of belief has beyond its size, of the phase that the paper reports. Between the
-    /// stages only: metrics read it, the lake does not hold it.
+    /// A number that one kind of belief has beyond its size, of the phase that the paper reports and of the updated one.
+    /// Between the stages only: metrics read it, the lake does not hold it.
     Extra => "extras" sorted by 1 {
         estimator: Name, "1", "name in the experiment file";
         run: i32, "1", "run, from 0";
         k: i32, "1", "step, from 0";
+        phase: Name, "1", "predicted or updated";
         name: Name, "1", "name of the number";
         value: f64, "1", "its value";
     }

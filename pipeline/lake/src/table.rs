@@ -36,7 +36,7 @@ use std::sync::Arc;
 pub type Name = Arc<str>;
 
 /// The version of the tables' schemas: patch for texts, minor for a new nullable column, major for the rest.
-pub const SCHEMA_VERSION: &str = "1.0.0";
+pub const SCHEMA_VERSION: &str = "1.0.1";
 
 const ROW_GROUP: usize = 131_072;
 

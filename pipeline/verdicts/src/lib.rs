@@ -4,6 +4,7 @@ pub mod compare;
 pub mod judged;
 pub mod papers;
 pub mod published;
+pub mod rank;
 pub mod score;
 pub mod statistics;
 pub mod verdict;

@@ -36,6 +36,7 @@ pub fn needs_truth(name: &str) -> bool {
     match name {
         "rmse" | "rmse_wrapped" | "rmse_norm" | "overshoot" => true,
         "contains" | "outside" | "better" => true,
+        "nees" | "coverage" | "crps" => true,
         name => matches!(name, "ellipsoid_contains" | "boundary"),
     }
 }
@@ -220,6 +221,38 @@ pub const METRICS: &[MetricInfo] = &[
         unit: "1",
         per_component: true,
         formula: "share of K with min(x_i - l_i, u_i - x_i) <= level (u_i - l_i), for each component i",
+    },
+    MetricInfo {
+        name: "nees",
+        required: &[],
+        optional: &[],
+        unit: "1",
+        per_component: false,
+        formula: "mean over K of (x - c)' P^-1 (x - c), errors in rad taken in (-pi, pi]; beside it, called <id>_lo and <id>_hi, the 95 % bounds of its mean over the N runs that have one, chi2 quantiles of n N degrees of freedom over N: exact for one step, wide for the mean of several, whose errors are related",
+    },
+    MetricInfo {
+        name: "nis",
+        required: &[],
+        optional: &[],
+        unit: "1",
+        per_component: false,
+        formula: "mean over the measured steps of K of z' S^-1 z, the innovation z with its covariance S, after the update whatever the phase; beside it, called <id>_lo and <id>_hi, the 95 % bounds of its mean over the runs, chi2 quantiles of D degrees of freedom over the number of terms, D all components measured in K",
+    },
+    MetricInfo {
+        name: "coverage",
+        required: &[],
+        optional: &["level"],
+        unit: "1",
+        per_component: true,
+        formula: "share of K with l_i <= x_i <= u_i, for each component i, and for all at once for no component; with level, of the intervals c_i -+ sqrt(chi2(level, 1) P_ii) and of the ellipsoid (x - c)' P^-1 (x - c) <= chi2(level, n) instead",
+    },
+    MetricInfo {
+        name: "crps",
+        required: &[],
+        optional: &[],
+        unit: "state",
+        per_component: true,
+        formula: "mean over K of s (z (2 F(z) - 1) + 2 f(z) - 1/sqrt(pi)) with z = (x_i - c_i)/s, s = sqrt(P_ii), f and F the standard normal density and its integral, for each component i: the continuous ranked probability score of N(c_i, P_ii)",
     },
 ];
 

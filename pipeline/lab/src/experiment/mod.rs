@@ -13,6 +13,7 @@ mod tree;
 mod unit;
 mod variants;
 
+use crate::command::{self, CommandSettings};
 use crate::recorded;
 use reader::{Field, Table, deserialize};
 use serde::Serialize;
@@ -71,13 +72,41 @@ pub struct Experiment {
     pub output: Output,
 }
 
+/// How an estimator is made.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub enum Method {
+    /// One of this program's own.
+    BuiltIn(EstimatorSettings),
+    /// A program of the user's own.
+    Command(CommandSettings),
+}
+
+impl Method {
+    /// The settings of an estimator of this program's own.
+    pub fn built_in(&self) -> Option<&EstimatorSettings> {
+        match self {
+            Self::BuiltIn(settings) => Some(settings),
+            Self::Command(_) => None,
+        }
+    }
+
+    /// The value of `kind`.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::BuiltIn(settings) => settings.kind(),
+            Self::Command(settings) => settings.kind,
+        }
+    }
+}
+
 /// An estimator of an experiment.
 #[derive(Clone, Debug, Serialize)]
 pub struct EstimatorSpec {
     /// Its name in every output.
     pub id: String,
     /// Its kind and settings.
-    pub settings: EstimatorSettings,
+    pub settings: Method,
     /// What it is told: its own prior and noises where it has them, else those of the experiment.
     pub problem: Problem,
 }
@@ -130,18 +159,19 @@ impl Experiment {
         read_all(&source, None, experiment)
     }
 
-    /// What is right in a file and perhaps not meant, each at its place; none where the file cannot be read.
-    pub fn warnings(path: &Path) -> Vec<BadInput> {
+    /// What is right in a file and perhaps not meant: the first `most`, each at its place, and how many there are. None
+    /// where the file cannot be read.
+    pub fn warnings(path: &Path, most: usize) -> (Vec<BadInput>, usize) {
         let Ok(source) = source(path) else {
-            return Vec::new();
+            return (Vec::new(), 0);
         };
         let Ok(root) = Node::parse(&source) else {
-            return Vec::new();
+            return (Vec::new(), 0);
         };
         let any: Vec<&str> = root.entries().iter().map(|e| e.key.as_str()).collect();
         let table = Table::new(&source, String::new(), &root, &any);
         let system = table.ok().and_then(|table| table.get("system"));
-        system.map_or_else(Vec::new, |system| equations::warnings(&system))
+        system.map_or((Vec::new(), 0), |system| equations::warnings(&system, most))
     }
 
     /// `paper/id`, for messages.
@@ -167,6 +197,19 @@ impl Experiment {
         quick.output.sets.retain(|&k| k <= quick.steps);
         quick
     }
+}
+
+/// Allows the programs among `estimators` to be started, or refuses the first where the user has not asked for that.
+pub fn allow_commands(estimators: &mut [EstimatorSpec], allow: bool) -> Result<(), Error> {
+    for spec in estimators {
+        if let Method::Command(settings) = &mut spec.settings {
+            if !allow {
+                return Err(command::not_allowed(&spec.id, settings));
+            }
+            settings.allowed = true;
+        }
+    }
+    Ok(())
 }
 
 /// The runs of a quick experiment.
@@ -214,8 +257,9 @@ fn source(path: &Path) -> Result<Source, BadInput> {
     }
 }
 
-/// The most bytes that are read of an experiment's file.
-const MOST_BYTES: u64 = 16 << 20;
+/// The most bytes that are read of an experiment's file: a larger one takes longer than a second. Recordings are files of their
+/// own.
+const MOST_BYTES: u64 = 4 << 20;
 
 /// What [`read_all`] reads from each variant: an experiment, or what `track` needs of one.
 trait Named {
@@ -371,7 +415,7 @@ struct Subject {
     estimators: Vec<EstimatorSpec>,
 }
 
-fn subject(root: &Table, suffix: &str) -> Result<Subject, BadInput> {
+fn subject(root: &Table, suffix: &str, folder: Option<&Path>) -> Result<Subject, BadInput> {
     let name = "a name of lower-case letters, digits, _ and -";
     let field = root.need("paper", name)?;
     let paper = identifier(&field)?;
@@ -386,7 +430,7 @@ fn subject(root: &Table, suffix: &str) -> Result<Subject, BadInput> {
     }
     folder_name(&field, &id)?;
     let problem = problem(root)?;
-    let estimators = estimators(root, &problem)?;
+    let estimators = estimators(root, &problem, folder)?;
     Ok(Subject {
         paper,
         id,
@@ -395,13 +439,13 @@ fn subject(root: &Table, suffix: &str) -> Result<Subject, BadInput> {
     })
 }
 
-fn tracking(root: &Table, suffix: &str, _folder: Option<&Path>) -> Result<Tracking, BadInput> {
+fn tracking(root: &Table, suffix: &str, folder: Option<&Path>) -> Result<Tracking, BadInput> {
     let Subject {
         paper,
         id,
         problem,
         estimators,
-    } = subject(root, suffix)?;
+    } = subject(root, suffix, folder)?;
     // How many steps there are, the recording says.
     let metrics = metrics(root, &problem, &estimators, recorded::MOST_STEPS)?;
     let output = output(root, recorded::MOST_STEPS)?;
@@ -421,7 +465,7 @@ fn experiment(root: &Table, suffix: &str, folder: Option<&Path>) -> Result<Exper
         id,
         problem,
         estimators,
-    } = subject(root, suffix)?;
+    } = subject(root, suffix, folder)?;
     let text = |key: &str| {
         root.get(key)
             .map(|field| field.string().map(str::to_owned))
@@ -492,11 +536,15 @@ fn problem(root: &Table) -> Result<Problem, BadInput> {
         .map_err(|fault| parts::at_path(root, fault.part, &fault.source.to_string()))
 }
 
-fn estimators(root: &Table, problem: &Problem) -> Result<Vec<EstimatorSpec>, BadInput> {
+fn estimators(
+    root: &Table,
+    problem: &Problem,
+    folder: Option<&Path>,
+) -> Result<Vec<EstimatorSpec>, BadInput> {
     let list = root.need("estimator", "[[estimator]] tables")?;
     let mut all: Vec<EstimatorSpec> = Vec::new();
     for field in list.array("[[estimator]] tables")? {
-        let spec = estimator(root, &field, problem)?;
+        let spec = estimator(root, &field, problem, folder)?;
         if all.iter().any(|other| other.id == spec.id) {
             let table = field.any_table()?;
             return Err(table.fault(
@@ -512,23 +560,27 @@ fn estimators(root: &Table, problem: &Problem) -> Result<Vec<EstimatorSpec>, Bad
     Ok(all)
 }
 
-fn estimator(root: &Table, field: &Field, problem: &Problem) -> Result<EstimatorSpec, BadInput> {
+fn estimator(
+    root: &Table,
+    field: &Field,
+    problem: &Problem,
+    folder: Option<&Path>,
+) -> Result<EstimatorSpec, BadInput> {
     let table = field.any_table()?;
     let id = identifier(&table.need("id", "a name")?)?;
     let table = table.renamed(format!("estimator.{id}"));
-    let kinds: Vec<&'static str> = KINDS.iter().map(|info| info.kind).collect();
+    let kinds = KINDS.iter().map(|info| info.kind);
+    let kinds: Vec<&'static str> = kinds.chain([command::KIND]).collect();
     let kind_field = table.need(
         "kind",
         &format!("a kind of estimator ({})", listed(kinds.iter().copied())),
     )?;
     let kind = kind_field.one_of(&kinds)?;
-    let info = KINDS
-        .iter()
-        .find(|info| info.kind == kind)
-        .expect("the kind is one of them");
+    let info = KINDS.iter().find(|info| info.kind == kind);
+    let keys = info.map_or(command::KEYS, |info| info.keys);
     let own = ["id", "kind", "prior", "noise"];
-    if let Err(fault) = table.only(&[&own[..], info.keys].concat()) {
-        return Err(elsewhere(&table, info.keys, &own, kind, fault));
+    if let Err(fault) = table.only(&[&own[..], keys].concat()) {
+        return Err(elsewhere(&table, keys, &own, kind, fault));
     }
     let variables = problem.system.variables();
     let n_w = variables.w.len() - problem.system.n_delta();
@@ -547,8 +599,14 @@ fn estimator(root: &Table, field: &Field, problem: &Problem) -> Result<Estimator
         w: own_or(noise("w"), n_w, &problem.w)?,
         v: own_or(noise("v"), variables.v.len(), &problem.v)?,
     };
-    let settings: EstimatorSettings = deserialize(&table, &["id", "prior", "noise"])?;
-    AnyEstimator::new(&settings, &told).map_err(|error| refused(root, &table, &error))?;
+    let settings = match info {
+        None => Method::Command(parts::command(&table, folder)?),
+        Some(_) => {
+            let settings = deserialize(&table, &["id", "prior", "noise"])?;
+            AnyEstimator::new(&settings, &told).map_err(|error| refused(root, &table, &error))?;
+            Method::BuiltIn(settings)
+        }
+    };
     Ok(EstimatorSpec {
         id,
         settings,

@@ -1,6 +1,7 @@
 //! The parts of an experiment, read from its tables: system, uncertain vectors, truth, inputs.
 
 use super::reader::{Field, Table, deserialize};
+use crate::command::{self, CommandSettings, HashedFile};
 use crate::recorded::{self, Recording};
 use std::path::Path;
 use zonobench_estimation::controller::Controller;
@@ -13,6 +14,7 @@ use zonobench_estimation::systems::{
 };
 use zonobench_estimation::{AnySystem, EstimationError, Inputs, Problem, Truth, Uncertain};
 use zonobench_lake::bad_input::{BadInput, listed};
+use zonobench_lake::store::hash_file;
 
 /// The keys of every kind of system, beside `kind`.
 const SYSTEM_KEYS: &[(&str, &[&str])] = &[
@@ -569,6 +571,75 @@ pub fn inputs(
         .validate(system, steps)
         .map_err(|error| point_at(root, &error))?;
     Ok(inputs)
+}
+
+/// The longest time that a program may take for a step, in s.
+const LONGEST_STEP: f64 = 86_400.0;
+
+/// The largest file that a program may name, in bytes: it is read and hashed.
+const LARGEST_FILE: u64 = 1 << 30;
+
+/// `[[estimator]] kind = "command"`.
+pub fn command(table: &Table, folder: Option<&Path>) -> Result<CommandSettings, BadInput> {
+    let field = table.need(
+        "command",
+        "the program and its arguments, as an array of strings",
+    )?;
+    let Some(folder) = folder else {
+        return Err(
+            field.fault("expected no program, because this experiment is not in a folder, got one")
+        );
+    };
+    let words = field.array("an array of strings")?;
+    let words: Vec<&str> = words.iter().map(Field::string).collect::<Result<_, _>>()?;
+    if words.first().is_none_or(|name| name.is_empty()) {
+        return Err(field.expected("a program and its arguments"));
+    }
+    if words.iter().any(|word| word.contains('\0')) {
+        return Err(field.fault("expected texts without the character NUL, got one with it"));
+    }
+    let files = match table.get("files") {
+        None => Vec::new(),
+        Some(list) => (list.array("an array of names of files")?.iter())
+            .map(|item| hashed(item, folder))
+            .collect::<Result<_, _>>()?,
+    };
+    let timeout = match table.get("timeout") {
+        None => 10.0,
+        Some(field) => match field.number()? {
+            t if t > 0.0 && t <= LONGEST_STEP => t,
+            _ => return Err(field.expected(format!("a time above 0 of at most {LONGEST_STEP} s"))),
+        },
+    };
+    let settings = match table.get("settings") {
+        None => serde_json::Value::Null,
+        Some(field) => field.any_table()?.node().to_json(),
+    };
+    Ok(CommandSettings {
+        kind: command::KIND,
+        command: words.into_iter().map(str::to_owned).collect(),
+        files,
+        timeout,
+        settings,
+        folder: folder.to_owned(),
+        allowed: false,
+    })
+}
+
+/// A file that a program's answers depend on.
+fn hashed(item: &Field, folder: &Path) -> Result<HashedFile, BadInput> {
+    let name = item.string()?;
+    let path = folder.join(name);
+    let fault = |got: String| item.fault(format!("expected a file of at most 1 GiB, got {got}"));
+    let about = std::fs::metadata(&path).map_err(|e| fault(format!("{}: {e}", path.display())))?;
+    if !about.is_file() || about.len() > LARGEST_FILE {
+        return Err(fault(format!("{}, which is none", path.display())));
+    }
+    let (_, blake3) = hash_file(&path).map_err(|e| fault(e.to_string()))?;
+    Ok(HashedFile {
+        name: name.to_owned(),
+        blake3,
+    })
 }
 
 /// The numbers of a file beside the experiment: one complete row for each of the first `vectors` steps.

@@ -13,6 +13,9 @@ use zonobench_lake::error::Error;
 /// The file of a result that lists the endings that are failures; not there where there are none.
 pub const FILE: &str = "failures.json";
 
+/// The status of a step whose set was claimed to hold the state, by a program of the user's own, and does not.
+pub const REFUTED: &str = "refuted";
+
 /// A run that ended early.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Ending {
@@ -22,7 +25,8 @@ pub struct Ending {
     pub run: usize,
     /// The step without a belief.
     pub k: usize,
-    /// The status of its row: `inconsistent`, `refused`, `diverged`, `singular`, `overflow` or `failed`.
+    /// The status of its row: `inconsistent`, `refused`, `diverged`, `singular`, `overflow` or `failed`; of a program of the
+    /// user's own also `timeout`, and `refuted`, after which the run goes on.
     pub status: String,
     /// Why, in words, without step and estimator.
     pub cause: String,
@@ -51,6 +55,17 @@ impl Ending {
         }
     }
 
+    /// By a claim that the truth refutes at step `k`; the run goes on.
+    pub fn refuted(estimator: &str, run: usize, k: usize) -> Self {
+        Self {
+            estimator: estimator.to_owned(),
+            run,
+            k,
+            status: REFUTED.to_owned(),
+            cause: "it claims a guarantee, and the true state is outside of its set".to_owned(),
+        }
+    }
+
     /// By sets that grow without end.
     pub fn diverged(estimator: &str, run: usize, k: usize, cause: String) -> Self {
         Self {
@@ -60,6 +75,11 @@ impl Ending {
             status: "diverged".to_owned(),
             cause,
         }
+    }
+
+    /// Whether sets grew without end.
+    pub fn is_divergence(&self) -> bool {
+        self.status == "diverged"
     }
 
     /// Whether numbers were no longer finite.

@@ -3,9 +3,10 @@
 //! The estimator reads measurements and inputs. The truth goes to the judge alone, which is handed
 //! every finished belief and says whether it holds the truth.
 
-use crate::experiment::{EstimatorSpec, MetricSpec, Output};
+use crate::command::{self, Block, Program};
+use crate::experiment::{EstimatorSpec, Method, MetricSpec, Output};
 use crate::stage::ending::{self, Ending, not_finite};
-use crate::stage::{Experiment, Recordings, metadata};
+use crate::stage::{Experiment, Recordings, Run, metadata};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -15,7 +16,9 @@ use zonobench_estimation::estimator::{Belief as _, Containment, Estimator as _, 
 use zonobench_estimation::growth::{Grown, Growth};
 use zonobench_estimation::outline::outline;
 use zonobench_estimation::track::{Data as _, Track};
-use zonobench_estimation::{AnyBelief, AnyEstimator, EstimationError, Problem, System as _};
+use zonobench_estimation::{
+    AnyBelief, AnyEstimator, EstimationError, EstimatorSettings, Problem, System as _,
+};
 use zonobench_lake::error::Error;
 use zonobench_lake::rows::{self, Belief, Estimate, EstimatorInfo, Extra, Set, Timing};
 use zonobench_lake::store::canonical;
@@ -70,7 +73,7 @@ pub fn volumes(metrics: &[MetricSpec]) -> bool {
 
 /// Whether some metric needs the numbers that one kind of belief has beyond its size.
 pub fn extras(metrics: &[MetricSpec]) -> bool {
-    let needed = |m: &MetricSpec| matches!(m.name, "body_box_area" | "projected_area");
+    let needed = |m: &MetricSpec| matches!(m.name, "body_box_area" | "projected_area" | "nis");
     metrics.iter().any(needed)
 }
 
@@ -115,10 +118,33 @@ impl Job<'_> {
 /// The row that describes the estimator of a job.
 pub fn describe(job: &Job) -> Result<EstimatorInfo, Error> {
     let spec = job.spec;
-    let estimator = build(job)?;
+    let estimator = match &spec.settings {
+        Method::BuiltIn(settings) => build(job, settings)?,
+        Method::Command(settings) => {
+            let Value::Object(mut map) =
+                serde_json::to_value(settings).expect("it has a JSON form")
+            else {
+                unreachable!("settings are an object")
+            };
+            map.remove("kind");
+            return Ok(EstimatorInfo {
+                estimator: spec.id.as_str().into(),
+                kind: command::KIND.into(),
+                // It is put to the test, and never believed.
+                guaranteed: false,
+                reads: "y_0 to y_k, as far as its program uses them".into(),
+                reported_phase: phase_name(Phase::Updated).into(),
+                settings: canonical(&Value::Object(map)).into(),
+            });
+        }
+    };
     let mut settings = serde_json::to_value(&spec.settings).expect("settings have a JSON form");
     if let Value::Object(map) = &mut settings {
         map.remove("kind");
+        let readings = estimator.readings();
+        if !readings.is_empty() {
+            map.insert("moments".to_owned(), readings.into_iter().collect());
+        }
     }
     Ok(EstimatorInfo {
         estimator: spec.id.as_str().into(),
@@ -130,8 +156,8 @@ pub fn describe(job: &Job) -> Result<EstimatorInfo, Error> {
     })
 }
 
-fn build(job: &Job) -> Result<AnyEstimator, Error> {
-    AnyEstimator::new(&job.spec.settings, &job.spec.problem).map_err(|source| Error::Estimator {
+fn build(job: &Job, settings: &EstimatorSettings) -> Result<AnyEstimator, Error> {
+    AnyEstimator::new(settings, &job.spec.problem).map_err(|source| Error::Estimator {
         experiment: job.name.clone(),
         estimator: job.spec.id.clone(),
         source: Box::new(source),
@@ -221,7 +247,7 @@ pub fn make(
     dir: &Path,
     done: &(dyn Fn(u64) + Sync),
 ) -> Result<Vec<Ending>, Error> {
-    let estimator = build(job)?;
+    let estimator = Made::new(job)?;
     let judged = Judged::new(job, &estimator);
     let meta = metadata("estimate", job.seed);
     let mut tables = Tables::create(dir, &meta)?;
@@ -232,25 +258,35 @@ pub fn make(
     };
     let runs: Vec<usize> = (0..recordings.runs()).collect();
     let at_once = at_once(job.steps);
+    // A process serves several runs, one after the other.
+    let in_a_row = match estimator {
+        Made::BuiltIn(_) => 1,
+        Made::Command(_) => command::BLOCK,
+    };
     for chunk in runs.chunks(at_once) {
         if let [run] = *chunk {
-            finish(judged.run(recordings, run, &mut |rows| tables.push(rows))?);
+            let mut source = estimator.source();
+            finish(judged.run(recordings, run, &mut source, &mut |rows| tables.push(rows))?);
             done(1);
             continue;
         }
-        let finished: Vec<(RunRows, Course)> = chunk
-            .par_iter()
-            .map(|&run| {
-                let mut all = RunRows::default();
-                let course = judged.run(recordings, run, &mut |rows| {
-                    all.append(rows);
-                    Ok(())
-                })?;
-                done(1);
-                Ok((all, course))
+        let finished: Vec<Vec<(RunRows, Course)>> = chunk
+            .par_chunks(in_a_row)
+            .map(|block| {
+                let mut source = estimator.source();
+                let one = |&run: &usize| {
+                    let mut all = RunRows::default();
+                    let course = judged.run(recordings, run, &mut source, &mut |rows| {
+                        all.append(rows);
+                        Ok(())
+                    })?;
+                    done(1);
+                    Ok((all, course))
+                };
+                block.iter().map(one).collect()
             })
             .collect::<Result<_, Error>>()?;
-        for (rows, course) in finished {
+        for (rows, course) in finished.into_iter().flatten() {
             tables.push(rows)?;
             finish(course);
         }
@@ -261,9 +297,131 @@ pub fn make(
     Ok(endings)
 }
 
+/// An estimator that is ready to run.
+enum Made<'a> {
+    BuiltIn(Box<AnyEstimator>),
+    Command(Program<'a>),
+}
+
+impl<'a> Made<'a> {
+    /// Fails where the estimator cannot be made, or is a program that the user has not allowed to run.
+    fn new(job: &Job<'a>) -> Result<Self, Error> {
+        match &job.spec.settings {
+            Method::BuiltIn(settings) => Ok(Self::BuiltIn(Box::new(build(job, settings)?))),
+            Method::Command(settings) if settings.allowed => {
+                let problem = &job.spec.problem;
+                Ok(Self::Command(Program::new(settings, problem, job.steps)))
+            }
+            Method::Command(settings) => Err(command::not_allowed(&job.spec.id, settings)),
+        }
+    }
+
+    fn reported_phase(&self) -> Phase {
+        match self {
+            Self::BuiltIn(e) => e.reported_phase(),
+            Self::Command(_) => Phase::Updated,
+        }
+    }
+
+    fn guaranteed(&self) -> bool {
+        matches!(self, Self::BuiltIn(e) if e.guaranteed())
+    }
+
+    fn source(&self) -> Source<'_> {
+        match self {
+            Self::BuiltIn(e) => Source::BuiltIn(e),
+            Self::Command(program) => Source::Command(program.block()),
+        }
+    }
+}
+
+/// Where beliefs come from.
+enum Source<'a> {
+    BuiltIn(&'a AnyEstimator),
+    Command(Block<'a>),
+}
+
+/// How a run ended: by an error of an estimator of this program, or as one outside of it was found to.
+enum Ended {
+    Error(EstimationError),
+    Said(Ending),
+}
+
+/// What was known at a step, and how the run ended if it did.
+struct Known {
+    k: usize,
+    predicted: Option<AnyBelief>,
+    updated: Result<AnyBelief, Ended>,
+    /// Whether the set is claimed to hold the state for certain by one whose word is not a proof.
+    claims: bool,
+}
+
+impl Source<'_> {
+    /// The steps of a run, one when it is asked for; the first that fails is the last.
+    fn steps<'s>(
+        &'s mut self,
+        id: &'s str,
+        run: usize,
+        steps: usize,
+        data: Run<'s>,
+    ) -> Box<dyn Iterator<Item = Known> + 's> {
+        match self {
+            Self::BuiltIn(estimator) => {
+                let steps = Track::new(*estimator, steps, data).of_run(run as u64);
+                Box::new(steps.map(move |step| Known {
+                    k: step.k,
+                    predicted: step.predicted,
+                    updated: step.updated.map_err(Ended::Error),
+                    claims: false,
+                }))
+            }
+            Self::Command(block) => {
+                let mut ended = false;
+                Box::new((0..=steps).map_while(move |k| {
+                    if ended {
+                        return None;
+                    }
+                    let begun = if k == 0 { block.begin(run) } else { Ok(()) };
+                    let said =
+                        begun.and_then(|()| block.step(k, data.input(k), data.measurement(k)));
+                    ended = said.is_err();
+                    if k == steps && !ended {
+                        block.finished();
+                    }
+                    let claims = said.as_ref().is_ok_and(|said| said.claims);
+                    let updated = said.map(|said| said.belief).map_err(|fault| {
+                        Ended::Said(Ending {
+                            estimator: id.to_owned(),
+                            run,
+                            k,
+                            status: fault.status,
+                            cause: fault.cause,
+                        })
+                    });
+                    Some(Known {
+                        k,
+                        predicted: None,
+                        updated,
+                        claims,
+                    })
+                }))
+            }
+        }
+    }
+}
+
+/// Which belief a row is of, and what it says in place of the belief's own status.
+#[derive(Clone, Copy)]
+struct At {
+    run: usize,
+    k: usize,
+    phase: Phase,
+    status: Option<&'static str>,
+}
+
 struct Judged<'a> {
     job: &'a Job<'a>,
-    estimator: &'a AnyEstimator,
+    estimator: &'a Made<'a>,
     id: Name,
     components: Vec<Name>,
     words: Words,
@@ -314,44 +472,46 @@ impl<'a> Watch<'a> {
         Ending::diverged(&self.judged.id, self.run, k, cause)
     }
 
-    /// The ending, with its reason where sets that grew have overflowed.
-    fn told(&self, ending: Ending) -> Ending {
+    /// The ending, with its reason where sets that grew are no longer finite.
+    fn told(&self, ending: Ending, is_infinite: bool) -> Ending {
         let grown = self.growth.as_ref().and_then(Growth::since_start);
-        match grown.filter(|_| ending.is_overflow()) {
-            Some(grown) => self.diverged(
-                ending.k,
-                Grown {
-                    now: f64::INFINITY,
-                    ..grown
-                },
-            ),
+        match grown.filter(|_| is_infinite) {
+            Some(grown) => {
+                let now = f64::INFINITY;
+                self.diverged(ending.k, Grown { now, ..grown })
+            }
             None => ending,
         }
     }
 
-    /// The ending, with the term that is not defined all over the set where `error` says that one is not.
-    fn outside(
-        &self,
-        mut ending: Ending,
-        error: &EstimationError,
-        predicted: Option<&AnyBelief>,
-    ) -> Ending {
-        let is_domain = matches!(
-            error,
+    /// How the run ends by `error` at step `k`.
+    fn failed(&self, k: usize, error: &EstimationError, predicted: Option<&AnyBelief>) -> Ending {
+        let ending = Ending::of(&self.judged.id, self.run, k, error);
+        let outside = match error {
             EstimationError::Set {
-                source: SetError::Domain { .. },
+                source: SetError::Domain { lower, upper, .. },
                 ..
-            }
-        );
+            } => Some((lower, upper)),
+            _ => None,
+        };
+        let is_entire =
+            outside.is_some_and(|(lower, upper)| lower.is_infinite() || upper.is_infinite());
+        let is_infinite = ending.is_overflow() || is_entire;
+        let ending = self.told(ending, is_infinite);
+        match outside {
+            Some(_) if !ending.is_divergence() => self.outside(ending, predicted),
+            _ => ending,
+        }
+    }
+
+    /// The ending, with the term that is not defined all over the set.
+    fn outside(&self, mut ending: Ending, predicted: Option<&AnyBelief>) -> Ending {
         let over = predicted.map_or_else(
             || self.last.as_ref().map(|(_, hull)| hull.clone()),
             AnyBelief::interval_hull,
         );
         let system = &self.judged.job.spec.problem.system;
-        if let Some(fault) = over
-            .filter(|_| is_domain)
-            .and_then(|x| system.domain_fault(&x))
-        {
+        if let Some(fault) = over.and_then(|x| system.domain_fault(&x)) {
             ending.cause = fault;
         }
         ending
@@ -367,7 +527,7 @@ struct Words {
 }
 
 impl<'a> Judged<'a> {
-    fn new(job: &'a Job<'a>, estimator: &'a AnyEstimator) -> Self {
+    fn new(job: &'a Job<'a>, estimator: &'a Made<'a>) -> Self {
         let variables = job.spec.problem.system.variables();
         Self {
             job,
@@ -388,15 +548,17 @@ impl<'a> Judged<'a> {
         &self,
         recordings: &Recordings,
         run: usize,
+        source: &mut Source,
         hand_on: &mut dyn FnMut(RunRows) -> Result<(), Error>,
     ) -> Result<Course, Error> {
         let mut rows = RunRows::default();
         let mut times = Vec::with_capacity(self.job.steps + 1);
         let updated_only =
             self.job.output.updated_only && self.estimator.reported_phase() == Phase::Updated;
-        let mut steps = Track::new(self.estimator, self.job.steps, recordings.run(run));
+        let mut steps = source.steps(&self.id, run, self.job.steps, recordings.run(run));
         let mut watch = Watch::new(self, recordings, run);
         let mut ending = None;
+        let mut refuted = None;
         while ending.is_none() {
             let start = Instant::now();
             let Some(step) = steps.next() else { break };
@@ -404,33 +566,50 @@ impl<'a> Judged<'a> {
             let truth = recordings.truth(run, step.k);
             let truth = truth.as_deref();
             let predicted = step.predicted.as_ref().filter(|_| !updated_only);
+            let lost = |belief: &AnyBelief| {
+                let outside = |x| belief.contains(x) == Containment::Outside;
+                step.claims && truth.is_some_and(outside)
+            };
             let reported = match self.estimator.reported_phase() {
                 Phase::Predicted => step.predicted.as_ref(),
                 Phase::Updated => step.updated.as_ref().ok(),
             };
             let mut diverged = reported.and_then(|belief| watch.observe(step.k, belief));
-            let mut record = |phase, belief: &AnyBelief| {
+            let mut record = |phase, belief: &AnyBelief, status| {
                 if phase == self.estimator.reported_phase() && diverged.is_some() {
                     return diverged.take();
                 }
                 match not_finite(belief) {
                     None => {
-                        self.record(run, step.k, phase, belief, truth, &mut rows);
+                        let at = At {
+                            run,
+                            k: step.k,
+                            phase,
+                            status,
+                        };
+                        self.record(at, belief, truth, &mut rows);
                         None
                     }
-                    Some(what) => Some(watch.told(Ending::overflow(&self.id, run, step.k, what))),
+                    Some(what) => {
+                        let ending = Ending::overflow(&self.id, run, step.k, what);
+                        Some(watch.told(ending, true))
+                    }
                 }
             };
-            ending = predicted.and_then(|belief| record(Phase::Predicted, belief));
+            ending = predicted.and_then(|belief| record(Phase::Predicted, belief, None));
             if ending.is_none() {
                 ending = match &step.updated {
                     // Nothing new is known, and nothing is said twice.
                     Ok(belief) if predicted.is_some_and(|b| b.says_the_same(belief)) => None,
-                    Ok(belief) => record(Phase::Updated, belief),
-                    Err(error) => {
-                        let ended = Ending::of(&self.id, run, step.k, error);
-                        Some(watch.outside(watch.told(ended), error, step.predicted.as_ref()))
+                    Ok(belief) if lost(belief) => {
+                        refuted.get_or_insert_with(|| Ending::refuted(&self.id, run, step.k));
+                        record(Phase::Updated, belief, Some(ending::REFUTED))
                     }
+                    Ok(belief) => record(Phase::Updated, belief, None),
+                    Err(Ended::Error(error)) => {
+                        Some(watch.failed(step.k, error, step.predicted.as_ref()))
+                    }
+                    Err(Ended::Said(ending)) => Some(ending.clone()),
                 };
             }
             if let Some(ending) = &ending {
@@ -440,6 +619,7 @@ impl<'a> Judged<'a> {
                 hand_on(std::mem::take(&mut rows))?;
             }
         }
+        drop(steps);
         hand_on(rows)?;
         times.sort_unstable();
         let period = self.job.spec.problem.system.period();
@@ -454,18 +634,18 @@ impl<'a> Judged<'a> {
             late: period.map(late),
             max_ns,
         });
+        // A claim that was refuted is told, whatever came after it.
+        let ending = refuted.or(ending);
         Ok(Course { timing, ending })
     }
 
-    fn record(
-        &self,
-        run: usize,
-        k: usize,
-        phase: Phase,
-        belief: &AnyBelief,
-        truth: Option<&[Interval]>,
-        rows: &mut RunRows,
-    ) {
+    fn record(&self, at: At, belief: &AnyBelief, truth: Option<&[Interval]>, rows: &mut RunRows) {
+        let At {
+            run,
+            k,
+            phase,
+            status,
+        } = at;
         let (center, hull, size) = (belief.center(), belief.interval_hull(), belief.size());
         let truth = truth.filter(|_| hull.is_some());
         let contains = truth.and_then(|x| match belief.contains(x) {
@@ -477,7 +657,12 @@ impl<'a> Judged<'a> {
             .as_ref()
             .is_none_or(|h| h.iter().all(|side| side.is_finite()));
         let words = &self.words;
-        let status = if bounded { &words.ok } else { &words.unbounded };
+        let said = status.or(belief.status()).map(Name::from);
+        let status = match &said {
+            Some(status) => status,
+            None if bounded => &words.ok,
+            None => &words.unbounded,
+        };
         let phase_text = match phase {
             Phase::Predicted => &words.predicted,
             Phase::Updated => &words.updated,
@@ -514,7 +699,9 @@ impl<'a> Judged<'a> {
             lp_count: size.lp_count as i64,
             pivots: size.pivots as i64,
         });
-        if self.job.extras && phase == self.estimator.reported_phase() {
+        let reported = phase == self.estimator.reported_phase();
+        // Innovations are known after a measurement, whichever phase is reported.
+        if self.job.extras && (reported || phase == Phase::Updated) {
             let extras = belief.extras().into_iter();
             rows.extras.extend(
                 extras
@@ -523,6 +710,7 @@ impl<'a> Judged<'a> {
                         estimator: self.id.clone(),
                         run: run as i32,
                         k: k as i32,
+                        phase: phase_text.clone(),
                         name: name.into(),
                         value,
                     }),

@@ -13,6 +13,7 @@ use arrow_array::{Array, Float64Array, RecordBatch};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use zonobench_estimation::estimator::Phase;
 use zonobench_estimation::estimators::{printed_width_bound, width_bound};
 use zonobench_estimation::{EstimationError, Problem, System as _};
 use zonobench_lake::error::Error;
@@ -132,9 +133,9 @@ fn read(subject: &Subject, index: usize, runs: usize, tables: &Tables) -> Result
     };
     read_estimates(&mut series, &tables.estimates)?;
     read_beliefs(&mut series, &tables.beliefs, n)?;
-    let reported = series.reported;
     table::for_each::<Extra>(&tables.extras, |row| {
-        let place = &mut series.phases[reported][row.run as usize][row.k as usize];
+        let phase = phase_index(&row.phase);
+        let place = &mut series.phases[phase][row.run as usize][row.k as usize];
         if let Some(point) = place {
             point.extras.push((row.name, row.value));
         }
@@ -303,6 +304,15 @@ fn fold(
     };
     let variables = subject.problem.system.variables();
     let components: Vec<Name> = variables.x.iter().map(|v| v.name.as_str().into()).collect();
+    // The quantile of the metric's level, of those metrics that ask for one.
+    let quantile = |names: &[&str], dof: usize| {
+        let level = spec.level.filter(|_| names.contains(&spec.name));
+        let of = |level: f64| {
+            chi_square_isf(1.0 - level, dof)
+                .map_err(EstimationError::at(0, "level of the ellipsoid"))
+        };
+        level.map(of).transpose()
+    };
     let context = Context {
         steps: subject.steps,
         spec,
@@ -325,14 +335,12 @@ fn fold(
             }
             None => None,
         },
-        ellipsoid: match spec.level {
-            Some(level) if spec.name.starts_with("ellipsoid") => Some(
-                chi_square_isf(1.0 - level, components.len())
-                    .map_err(EstimationError::at(0, "level of the ellipsoid"))
-                    .map_err(fail)?,
-            ),
-            _ => None,
-        },
+        ellipsoid: quantile(
+            &["ellipsoid_contains", "ellipsoid_inside", "coverage"],
+            components.len(),
+        )
+        .map_err(fail)?,
+        interval: quantile(&["coverage"], 1).map_err(fail)?,
     };
     let values: Vec<Vec<(Option<usize>, Option<f64>)>> = (0..recordings.runs())
         .into_par_iter()
@@ -345,6 +353,19 @@ fn fold(
     let id: Name = s.id.as_str().into();
     let metric: Name = spec.id.as_str().into();
     let over: Option<Name> = compared.map(|o| o.id.as_str().into());
+    let bounds = context.bounds(&values).map_err(fail)?;
+    let bounds = bounds.into_iter().flat_map(|(side, value)| {
+        let (id, metric) = (id.clone(), Name::from(format!("{metric}_{side}")));
+        (0..recordings.runs()).map(move |run| Metric {
+            estimator: id.clone(),
+            run: run as i32,
+            metric: metric.clone(),
+            component: None,
+            over: None,
+            value: Some(value),
+        })
+    });
+    let bounds: Vec<Metric> = bounds.collect();
     Ok(values
         .into_iter()
         .enumerate()
@@ -361,6 +382,7 @@ fn fold(
             over: over.clone(),
             value: value.filter(|v| !v.is_nan()),
         })
+        .chain(bounds)
         .collect())
 }
 
@@ -395,11 +417,81 @@ struct Context<'a> {
     compared_phase: usize,
     bound: Option<f64>,
     ellipsoid: Option<f64>,
+    interval: Option<f64>,
     /// Whether a component of the state is an angle.
     angles: Vec<bool>,
 }
 
 impl Context<'_> {
+    /// The 95 % bounds of the mean over the runs of a squared distance that is chi-square if the filter is consistent,
+    /// by name; none of other metrics.
+    fn bounds(
+        &self,
+        values: &[Vec<(Option<usize>, Option<f64>)>],
+    ) -> Result<Vec<(&'static str, f64)>, EstimationError> {
+        let runs = (values.iter()).filter(|run| run.iter().any(|(_, value)| value.is_some()));
+        let (dof, terms) = match self.spec.name {
+            "nees" => {
+                let runs = runs.count();
+                (runs * self.angles.len(), runs as f64)
+            }
+            "nis" => {
+                let all = (0..values.len()).flat_map(|run| self.innovations(run));
+                let (dof, terms) = all.fold((0.0, 0.0), |(d, n), (_, m)| (d + m, n + 1.0));
+                (dof as usize, terms)
+            }
+            _ => return Ok(Vec::new()),
+        };
+        let bound = |tail: f64| {
+            chi_square_isf(tail, dof)
+                .map(|quantile| quantile / terms)
+                .map_err(EstimationError::at(0, "bounds of a metric"))
+        };
+        Ok(vec![("lo", bound(0.975)?), ("hi", bound(0.025)?)])
+    }
+
+    /// zᵀ S⁻¹ z and the number of components measured, of each step of K that has both.
+    fn innovations(&self, run: usize) -> impl Iterator<Item = (f64, f64)> {
+        let updated = phase_index(phase_name(Phase::Updated));
+        (0..=self.steps)
+            .filter(|&k| self.spec.covers(k))
+            .filter_map(move |k| {
+                let point = self.s.at(updated, run, k)?;
+                let (squared, m) = (point.extra("nis"), point.extra("nis_components"));
+                (!squared.is_nan() && !m.is_nan()).then_some((squared, m))
+            })
+    }
+
+    /// (x − c)ᵀ P⁻¹ (x − c), where errors of angles are taken in (−π, π].
+    fn squared_distance(&self, p: &Point, x: &[f64]) -> Option<f64> {
+        let near = (p.center.iter().zip(x).zip(&self.angles))
+            .map(|((c, x), angle)| if *angle { c + wrap(x - c) } else { *x });
+        let near: Vec<f64> = near.collect();
+        let ellipsoid = Ellipsoid::new(p.center.clone(), p.covariance.clone()?, 1.0).ok()?;
+        ellipsoid.squared_distance(&near).ok()
+    }
+
+    /// Whether each component of `x` is covered, and all at once.
+    fn covered(&self, p: &Point, x: &[f64]) -> Option<Vec<bool>> {
+        let Some((interval, ellipsoid)) = self.interval.zip(self.ellipsoid) else {
+            let sides = p.lower.iter().zip(&p.upper).zip(x);
+            let mut all: Vec<bool> = sides.map(|((l, u), x)| l <= x && x <= u).collect();
+            all.push(all.iter().all(|&inside| inside));
+            return p.has_set().then_some(all);
+        };
+        let covariance = p.covariance.as_ref()?;
+        let distance = self.squared_distance(p, x)?;
+        let mut all: Vec<bool> = (0..x.len())
+            .map(|i| {
+                let e = x[i] - p.center[i];
+                let e = if self.angles[i] { wrap(e) } else { e };
+                e * e <= interval * covariance[(i, i)]
+            })
+            .collect();
+        all.push(distance <= ellipsoid);
+        Some(all)
+    }
+
     /// (component, value) of one run.
     fn run(&self, recordings: &Recordings, run: usize) -> Vec<(Option<usize>, Option<f64>)> {
         let window: Vec<(usize, &Point)> = (0..=self.steps)
@@ -550,6 +642,34 @@ impl Context<'_> {
                     (Some(i), share(near))
                 })
                 .collect(),
+            "nees" => {
+                let distances = window
+                    .iter()
+                    .map(|(k, p)| self.squared_distance(p, &truth(*k)));
+                one(mean(distances.flatten()))
+            }
+            "nis" => one(mean(self.innovations(run).map(|(squared, _)| squared))),
+            "coverage" => {
+                let covered = window.iter().map(|(k, p)| self.covered(p, &truth(*k)));
+                let covered: Vec<Vec<bool>> = covered.flatten().collect();
+                let place = |i: usize| (i < n).then_some(i);
+                (0..=n)
+                    .map(|i| (place(i), share(covered.iter().map(|all| all[i]))))
+                    .collect()
+            }
+            "crps" => (0..n)
+                .map(|i| {
+                    let scores = window.iter().filter_map(|(k, p)| {
+                        let e = truth(*k)[i] - p.center[i];
+                        let e = if self.angles[i] { wrap(e) } else { e };
+                        Some(ranked_score(
+                            e,
+                            p.covariance.as_ref()?[(i, i)].max(0.0).sqrt(),
+                        ))
+                    });
+                    (Some(i), mean(scores))
+                })
+                .collect(),
             other => unreachable!("the metric {other} was checked when the experiment was read"),
         }
     }
@@ -585,6 +705,24 @@ fn width_of(p: &Point, i: usize) -> f64 {
     }
 }
 
+/// The mean in order; None of nothing.
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, count) = values.fold((0.0, 0usize), |(sum, n), x| (sum + x, n + 1));
+    (count > 0).then(|| sum / count as f64)
+}
+
+/// The continuous ranked probability score of N(0, s²) at `e`; |e| for s = 0. Source: [Gneiting2005, Eq. (5)].
+fn ranked_score(e: f64, s: f64) -> f64 {
+    use std::f64::consts::{FRAC_1_SQRT_2, FRAC_2_SQRT_PI};
+    if s == 0.0 {
+        return e.abs();
+    }
+    let z = e / s;
+    // 2 F(z) − 1 is erf(z/√2), and 2 f(z) = (2/√π) exp(−z²/2)/√2.
+    let density = FRAC_2_SQRT_PI * FRAC_1_SQRT_2 * libm::exp(-0.5 * z * z);
+    s * (z * libm::erf(z * FRAC_1_SQRT_2) + density - 0.5 * FRAC_2_SQRT_PI)
+}
+
 fn share(verdicts: impl Iterator<Item = bool>) -> Option<f64> {
     let (mut yes, mut all) = (0usize, 0usize);
     for verdict in verdicts {
@@ -592,4 +730,40 @@ fn share(verdicts: impl Iterator<Item = bool>) -> Option<f64> {
         all += 1;
     }
     (all > 0).then(|| yes as f64 / all as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ranked_score;
+
+    /// ∫ (F(t) − 1[t ≥ e])² dt of N(0, s²), by the midpoint rule.
+    fn integral(e: f64, s: f64) -> f64 {
+        let (from, steps) = (-12.0 * s - e.abs(), 200_000);
+        let width = -2.0 * from / f64::from(steps);
+        let term = |i: i32| {
+            let t = from + (f64::from(i) + 0.5) * width;
+            let below = 0.5 * (1.0 + libm::erf(t / s * std::f64::consts::FRAC_1_SQRT_2));
+            let step = if t >= e { 1.0 } else { 0.0 };
+            (below - step) * (below - step) * width
+        };
+        (0..steps).map(term).sum()
+    }
+
+    #[test]
+    fn the_ranked_score_is_its_integral() {
+        for (e, s) in [
+            (0.0, 1.0),
+            (0.7, 1.0),
+            (-2.5, 0.5),
+            (3.0, 2.0),
+            (0.01, 0.001),
+        ] {
+            let (formula, integral) = (ranked_score(e, s), integral(e, s));
+            // The step falls into one of the intervals.
+            let width = (24.0 * s + 2.0 * e.abs()) / 200_000.0;
+            let off = (formula - integral).abs();
+            assert!(off < width, "{e} {s}: {formula} {integral}");
+        }
+        assert_eq!(ranked_score(-0.25, 0.0), 0.25);
+    }
 }
