@@ -23,6 +23,11 @@ pub fn output(experiment: &Experiment, k: usize, x: &[f64]) -> Vec<f64> {
     y
 }
 
+/// The sampling period in s, where the system has one.
+pub fn period(experiment: &Experiment) -> Option<f64> {
+    experiment.problem.system.period()
+}
+
 /// The names of the states.
 pub fn states(experiment: &Experiment) -> Vec<String> {
     let variables = experiment.problem.system.variables();

@@ -141,11 +141,6 @@ pub struct Tracking {
 }
 
 impl Experiment {
-    /// The sampling period of its system, s, where it has one.
-    pub fn period(&self) -> Option<f64> {
-        self.problem.system.period()
-    }
-
     /// The experiments of a file: one, or as many as its sweep and cases give.
     ///
     /// Fails, with the line to blame, on everything that is wrong with the file.

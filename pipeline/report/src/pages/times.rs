@@ -5,6 +5,7 @@ use crate::document::prose::prose;
 use crate::document::{Block, Cell, Inline, Kind, Page, Shape, Table, badge, code, label, line};
 use crate::source::{Held, Source};
 use std::collections::BTreeMap;
+use zonobench_lab::illustrate;
 use zonobench_lake::digits::four_digits;
 use zonobench_lake::error::Error;
 use zonobench_lake::rows::Timing;
@@ -45,7 +46,7 @@ impl StepTime {
 fn period(held: &Held, experiment: &str) -> Option<f64> {
     let paper = held.paper.as_ref()?;
     let e = paper.experiments.iter().find(|e| e.id == experiment)?;
-    e.period().map(|seconds| 1e6 * seconds)
+    illustrate::period(e).map(|seconds| 1e6 * seconds)
 }
 
 /// A row of the table before it is drawn: experiment, estimator, times, sampling period.
