@@ -1,7 +1,7 @@
 //! Noise within its bounds, and as bad as can be.
 
 use zonobench_estimation::random::{Draws, Purpose};
-use zonobench_estimation::{AnyEstimator, AnySystem, Belief, Estimator, Problem, System};
+use zonobench_estimation::{Belief, Estimator, Problem, System};
 use zonobench_sets::IntervalVector;
 
 /// How the first state and the noise are chosen; always within what the estimator is told.
@@ -75,10 +75,10 @@ impl Bounds {
 }
 
 /// The choice of `attack` against `estimator` in run `run` of `steps` steps, within the share `inside` of the bounds.
-pub(crate) fn choose(
+pub(crate) fn choose<E: Estimator, Y: System>(
     attack: Attack,
-    estimator: &AnyEstimator,
-    problem: &Problem,
+    estimator: &E,
+    problem: &Problem<Y>,
     inputs: &[Vec<f64>],
     inside: f64,
     (seed, run): (u64, u64),
@@ -129,9 +129,9 @@ pub(crate) fn choose(
 }
 
 /// Runs the estimator and lets the noise follow its sets; where the estimator ends, so does the pursuit.
-fn chase(
-    estimator: &AnyEstimator,
-    system: &AnySystem,
+fn chase<E: Estimator, Y: System>(
+    estimator: &E,
+    system: &Y,
     inputs: &[Vec<f64>],
     [w, v]: [&Bounds; 2],
     choice: &mut Choice,

@@ -5,8 +5,8 @@ use crate::targets::{Own, Target};
 use zonobench_estimation::estimator::Containment;
 use zonobench_estimation::simulate::{InitialState, Inputs, Noise, SimulationError, Truth};
 use zonobench_estimation::{
-    AnyBelief, AnyEstimator, Belief, EstimationError, EstimatorSettings, Problem, Trajectory,
-    simulate, track,
+    AnyEstimator, Belief, EstimationError, Estimator, EstimatorSettings, Problem, System,
+    Trajectory, simulate, track,
 };
 use zonobench_sets::{Interval, SetError};
 
@@ -39,7 +39,7 @@ impl std::ops::AddAssign for Counts {
 }
 
 impl Counts {
-    fn judge(&mut self, belief: &AnyBelief, truth: &[Interval]) {
+    fn judge(&mut self, belief: &impl Belief, truth: &[Interval]) {
         self.steps += 1;
         match belief.contains(truth) {
             Containment::Inside => {}
@@ -107,44 +107,76 @@ impl Battle<'_> {
                 attack.name()
             )
         };
-        let problem = self.problem;
         let estimator =
-            AnyEstimator::new(self.settings, problem).map_err(|e| failed("estimator", &e))?;
-        let steps = self.inputs.len() - 1;
-        let seed = self.seed ^ (attack as u64 + 1);
-        let choice = choose(
-            attack,
-            &estimator,
-            problem,
-            &self.inputs,
-            self.inside,
-            (seed, run),
-            steps,
-        );
-        let delta = Truth::assumed_delta(&problem.system);
-        let truth = Truth {
-            x0: InitialState::Point(choice.x0),
-            w: Noise::Data(choice.w),
-            v: Noise::Data(choice.v),
-            delta,
-        };
-        let inputs = Inputs::Data(self.inputs.clone());
-        let simulated = |steps| simulate(&problem.system, &truth, &inputs, seed, run, steps);
-        let data = match simulated(steps) {
-            Err(SimulationError::Diverged { k, .. }) => simulated(k.saturating_sub(1)),
-            other => other,
-        };
-        let data = data.map_err(|e| failed("simulation", &e))?;
-        // A state that leaves for infinity is followed as far as its sets mean something.
-        let far = |x: &Vec<f64>| x.iter().any(|x| x.abs() > FAR);
-        let end = data.x.iter().position(far).unwrap_or(data.x.len());
-        judge(&estimator, &data, end).map_err(|e| failed("step", &e))
+            AnyEstimator::new(self.settings, self.problem).map_err(|e| failed("estimator", &e))?;
+        let at = (self.seed ^ (attack as u64 + 1), run);
+        let how = (self.inputs, self.inside);
+        run_of(&estimator, self.problem, how, attack, at).map_err(|(what, e)| failed(what, &e))
     }
 }
 
+/// Run `run` of `attack` against any estimator of any problem, under the inputs u_0 … u_N: N steps, noise within the share
+/// 1 − 10⁻⁹ of its bounds.
+///
+/// The noise and the first state depend on the problem, the attack, `seed` and `run` alone. Fails where the problem cannot be
+/// simulated, or a step fails otherwise than by an empty set, a refusal or a set that leaves the model's domain.
+pub fn attack_on<E: Estimator, Y: System>(
+    estimator: &E,
+    problem: &Problem<Y>,
+    inputs: Vec<Vec<f64>>,
+    attack: Attack,
+    (seed, run): (u64, u64),
+) -> Result<Counts, String> {
+    let counted = run_of(
+        estimator,
+        problem,
+        (inputs, INSIDE_OF_OWN),
+        attack,
+        (seed, run),
+    );
+    counted.map_err(|(what, e)| format!("{}, run {run}: {what}: {e}", attack.name()))
+}
+
+fn run_of<E: Estimator, Y: System>(
+    estimator: &E,
+    problem: &Problem<Y>,
+    (inputs, inside): (Vec<Vec<f64>>, f64),
+    attack: Attack,
+    (seed, run): (u64, u64),
+) -> Result<Counts, (&'static str, String)> {
+    let steps = inputs.len().saturating_sub(1);
+    let choice = choose(
+        attack,
+        estimator,
+        problem,
+        &inputs,
+        inside,
+        (seed, run),
+        steps,
+    );
+    let delta = Truth::assumed_delta(&problem.system);
+    let truth = Truth {
+        x0: InitialState::Point(choice.x0),
+        w: Noise::Data(choice.w),
+        v: Noise::Data(choice.v),
+        delta,
+    };
+    let inputs = Inputs::Data(inputs);
+    let simulated = |steps| simulate(&problem.system, &truth, &inputs, seed, run, steps);
+    let data = match simulated(steps) {
+        Err(SimulationError::Diverged { k, .. }) => simulated(k.saturating_sub(1)),
+        other => other,
+    };
+    let data = data.map_err(|e| ("simulation", e.to_string()))?;
+    // A state that leaves for infinity is followed as far as its sets mean something.
+    let far = |x: &Vec<f64>| x.iter().any(|x| x.abs() > FAR);
+    let end = data.x.iter().position(far).unwrap_or(data.x.len());
+    judge(estimator, &data, end).map_err(|e| ("step", e.to_string()))
+}
+
 /// Tracks the data and judges every belief before step `end`.
-fn judge(
-    estimator: &AnyEstimator,
+fn judge<E: Estimator>(
+    estimator: &E,
     data: &Trajectory,
     end: usize,
 ) -> Result<Counts, EstimationError> {

@@ -21,7 +21,7 @@ mod targets;
 
 pub use adversary::Attack;
 pub use bits::bits;
-pub use campaign::{Counts, attack, attack_own};
+pub use campaign::{Counts, attack, attack_on, attack_own};
 pub use cases::{Case, cases};
 pub use rate::clopper_pearson_upper;
 pub use strips::{MARGINS, near_empty};

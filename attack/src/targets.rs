@@ -127,10 +127,24 @@ const QUADROTOR: Target = Target {
     ..LINEAR
 };
 
+/// A vehicle that circles around a radar, which measures its distance and its azimuth: a turn and a half, in which the azimuth jumps
+/// where the set lies across the negative axis, and the set may reach the radar.
+const RADAR: Target = Target {
+    paper: "cz",
+    system: "radar",
+    steps: 200,
+    runs: 4,
+    problem: radar,
+    ..LINEAR
+};
+
 const ZMV: &str = r#"{"kind": "zmv", "generators": 12}"#;
 const ZFO: &str = r#"{"kind": "zfo", "generators": 12}"#;
 const CZMV: &str = r#"{"kind": "czmv", "generators": 12, "constraints": 3}"#;
 const CZFO: &str = r#"{"kind": "czfo", "generators": 12, "constraints": 3, "expansion": "lean"}"#;
+const CZMV_TWICE: &str = r#"{"kind": "czmv", "generators": 12, "constraints": 3,
+    "measurement": {"passes": 2}}"#;
+const ZMV_TWICE: &str = r#"{"kind": "zmv", "generators": 12, "measurement": {"passes": 2}}"#;
 const CZFO_PRINTED: &str = r#"{"kind": "czfo", "generators": 12, "constraints": 3, "h": "xb",
     "expansion": "lean", "remainder": "printed"}"#;
 const ZMV_12: &str = r#"{"kind": "zmv", "generators": 30}"#;
@@ -225,6 +239,36 @@ pub const TARGETS: &[Target] = &[
         settings: CZFO_12,
         runs: 1,
         ..QUADROTOR
+    },
+    Target {
+        name: "zmv",
+        settings: ZMV,
+        ..RADAR
+    },
+    Target {
+        name: "zmv two passes",
+        settings: ZMV_TWICE,
+        ..RADAR
+    },
+    Target {
+        name: "zfo",
+        settings: ZFO,
+        ..RADAR
+    },
+    Target {
+        name: "czmv",
+        settings: CZMV,
+        ..RADAR
+    },
+    Target {
+        name: "czmv two passes",
+        settings: CZMV_TWICE,
+        ..RADAR
+    },
+    Target {
+        name: "czfo",
+        settings: CZFO,
+        ..RADAR
     },
     Target {
         name: "czfo printed remainder",
@@ -428,6 +472,36 @@ fn unicycle(seed: u64, run: u64) -> Problem {
             v,
             &[[-0.01, 0.01], [-0.01, 0.02], [-0.02, 0.01], [-0.03, 0.02]],
         ),
+    }
+}
+
+/// A vehicle of constant speed on a circle of 4 m around a radar, from anywhere on it, with half to all of its noise.
+fn radar(seed: u64, run: u64) -> Problem {
+    let mut draws = Draws::new(seed, Purpose::Delta, run);
+    let mut draw = |i| draws.uniform(0, i, 0);
+    let azimuth = core::f64::consts::PI * draw(0);
+    let (w, v) = (0.75 + 0.25 * draw(1), 0.75 + 0.25 * draw(2));
+    let heading = azimuth + core::f64::consts::FRAC_PI_2;
+    let start = [4.0 * libm::cos(azimuth), 4.0 * libm::sin(azimuth), heading];
+    let around = |radius: [f64; 3]| {
+        let ends = [-1.0, 1.0].map(|s| [0, 1, 2].map(|i| start[i] + s * radius[i]));
+        Uncertain::from_box(&ends[0], &ends[1]).expect("the bounds are in order")
+    };
+    Problem {
+        system: named(
+            r#"{"kind": "equations",
+                "x": [["px", "m"], ["py", "m"], ["theta", "rad"]], "u": [],
+                "w": [["wx", "m"], ["wy", "m"], ["wt", "rad"]],
+                "y": [["range", "m"], ["azimuth", "rad"]], "v": [["vr", "m"], ["va", "rad"]],
+                "parameters": [["way", 0.2], ["turn", 0.05]], "definitions": [],
+                "motion": {"next": [["px", "px + way*cos(theta) + wx"], ["py", "py + way*sin(theta) + wy"],
+                    ["theta", "theta + turn + wt"]]},
+                "output": [["range", "hypot(px, py) + vr"], ["azimuth", "atan2(py, px) + va"]],
+                "period": 0.1}"#,
+        ),
+        prior: around([0.3, 0.3, 0.1]),
+        w: centered(&[0.005 * w, 0.005 * w, 0.002 * w]),
+        v: centered(&[0.05 * v, 0.02 * v]),
     }
 }
 

@@ -9,7 +9,7 @@
 
 use crate::signal::sum_at;
 use crate::simulate::{INSIDE, InitialState, Law, Noise};
-use crate::system::AnySystem;
+use crate::system::System;
 use crate::{Problem, Truth, Uncertain};
 use zonobench_sets::zonotope::Zonotope;
 use zonobench_sets::{Containment, Interval};
@@ -19,12 +19,12 @@ impl Truth {
     ///
     /// False where that cannot be seen: a Gaussian that is not truncated, a set that is not the assumed one
     /// and whose hull does not fit into an assumed box, a measurement assumed to be exact.
-    pub fn is_admissible(&self, problem: &Problem, steps: usize) -> bool {
+    pub fn is_admissible<Y: System>(&self, problem: &Problem<Y>, steps: usize) -> bool {
         let start = match &self.x0 {
             InitialState::Point(x) => holds_point(&problem.prior, x),
             InitialState::Drawn(of) => of.has_set() && fits(of, &problem.prior),
         };
-        let bounded_delta = AnySystem::n_delta(&problem.system) == 0 || self.delta.is_some();
+        let bounded_delta = problem.system.n_delta() == 0 || self.delta.is_some();
         // y_k is rounded to an f64: only noise of some width can stand for that.
         let rounding_fits = problem
             .v
@@ -125,7 +125,7 @@ mod tests {
 
     fn problem() -> Problem {
         let one = || Matrix::identity(1);
-        let system = AnySystem::Linear(Linear::new(one(), None, one(), None).unwrap());
+        let system = crate::AnySystem::Linear(Linear::new(one(), None, one(), None).unwrap());
         let unit = || Uncertain::from_box(&[-1.0], &[1.0]).unwrap();
         Problem::new(system, unit(), unit(), unit()).unwrap()
     }

@@ -1,6 +1,6 @@
 //! Controllers: inputs that depend on the state, for the simulation of closed loops.
 
-use crate::system::AnySystem;
+use crate::system::System;
 use crate::systems::Quadrotor;
 use serde::{Deserialize, Serialize};
 
@@ -18,12 +18,9 @@ impl Controller {
         &[("feedback-linearising", Controller::FeedbackLinearising)];
 
     /// The controller at its start; None for a system that it cannot drive.
-    pub fn start(self, system: &AnySystem) -> Option<FeedbackLinearising> {
-        match (self, system) {
-            (Self::FeedbackLinearising, AnySystem::Quadrotor(vehicle)) => {
-                Some(FeedbackLinearising::new(vehicle))
-            }
-            _ => None,
+    pub fn start<Y: System>(self, system: &Y) -> Option<FeedbackLinearising> {
+        match self {
+            Self::FeedbackLinearising => system.feedback_linearising(),
         }
     }
 }
@@ -68,7 +65,7 @@ fn dot(a: Vector, b: Vector) -> f64 {
 
 impl FeedbackLinearising {
     /// The controller in hover.
-    fn new(vehicle: &Quadrotor) -> Self {
+    pub(crate) fn new(vehicle: &Quadrotor) -> Self {
         Self {
             thrust: vehicle.m * vehicle.g,
             thrust_rate: 0.0,

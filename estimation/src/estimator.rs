@@ -94,6 +94,11 @@ pub trait Belief: Clone + Send {
     fn volume(&self) -> Option<f64> {
         self.size().volume
     }
+    /// The components of y_k that were measured and that the update could not use, so that they are not in this set: h or a
+    /// derivative of it may be undefined somewhere in the predicted one. None unless the documentation names some.
+    fn left_out(&self) -> &[usize] {
+        &[]
+    }
     /// What it is drawn from.
     fn shape(&self) -> Shape;
     /// What metrics may ask of this kind of belief beyond hull, size and covariance; none unless its
@@ -209,6 +214,9 @@ macro_rules! beliefs {
             fn volume(&self) -> Option<f64> {
                 match self { $(Self::$belief(b) => b.volume()),+ }
             }
+            fn left_out(&self) -> &[usize] {
+                match self { $(Self::$belief(b) => b.left_out()),+ }
+            }
             fn shape(&self) -> Shape {
                 match self { $(Self::$belief(b) => b.shape()),+ }
             }
@@ -266,7 +274,6 @@ macro_rules! estimators {
                 settings: &EstimatorSettings,
                 problem: &Problem,
             ) -> Result<Self, EstimationError> {
-                problem.validate()?;
                 match settings {
                     $(EstimatorSettings::$estimator(s) => {
                         Ok(Self::$estimator($estimator::new(s, problem)?))
@@ -403,12 +410,12 @@ estimators! {
     EzgkfM, EzgkfSettings, MixedBelief, "ezgkf-m", MIXED_KEYS;
     Ezgkp, EzgkpSettings, MixedBelief, "ezgkp",
         ["phi", "eta", "alpha", "gain", "overbars", "merge_parallel", "form", "scale"];
-    Zmv, ZonotopeFilterSettings, ZonotopeBelief, "zmv", ["generators", "scale"];
-    Zfo, ZonotopeFilterSettings, ZonotopeBelief, "zfo", ["generators", "scale"];
+    Zmv, ZonotopeFilterSettings, ZonotopeBelief, "zmv", ["generators", "scale", "measurement"];
+    Zfo, ZonotopeFilterSettings, ZonotopeBelief, "zfo", ["generators", "scale", "measurement"];
     Czmv, CzmvSettings, ConstrainedBelief, "czmv",
-        ["generators", "constraints", "h", "scale"];
+        ["generators", "constraints", "h", "scale", "measurement"];
     Czfo, CzfoSettings, ConstrainedBelief, "czfo",
-        ["generators", "constraints", "h", "expansion", "remainder", "scale"];
+        ["generators", "constraints", "h", "expansion", "remainder", "scale", "measurement"];
     Zsmf, VehicleFilterSettings, PoseZonotope, "zsmf", VEHICLE_KEYS;
     Inzsmf, VehicleFilterSettings, PoseZonotope, "inzsmf", VEHICLE_KEYS;
     Rrsr, PolytopeFilterSettings, PolytopeBelief, "rrsr", POLYTOPE_KEYS;

@@ -43,3 +43,5 @@ pub use reported::Reported;
 pub use simulate::{Inputs, Trajectory, Truth, simulate};
 pub use system::{AnySystem, System};
 pub use track::{Step, track};
+/// The sets and the numbers, so that one dependency is enough.
+pub use zonobench_sets as sets;

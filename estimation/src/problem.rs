@@ -367,11 +367,13 @@ fn difference_up(a: f64, b: f64) -> f64 {
 }
 
 /// A system with everything an estimator is told about it: the first state and both noises.
+///
+/// Every estimator checks the problem that it is made for.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Problem {
+pub struct Problem<Y = AnySystem> {
     /// The model.
-    pub system: AnySystem,
+    pub system: Y,
     /// What is known of x_0 before anything is measured.
     pub prior: Uncertain,
     /// What is assumed of the process noise. Of an `lpv` system: of w alone, not of δ.
@@ -380,12 +382,12 @@ pub struct Problem {
     pub v: Uncertain,
 }
 
-impl Problem {
+impl<Y: System> Problem<Y> {
     /// A problem whose parts fit each other.
     ///
     /// Fails where a part has the wrong length or is not what [`Uncertain::validate`] asks for.
     pub fn new(
-        system: AnySystem,
+        system: Y,
         prior: Uncertain,
         w: Uncertain,
         v: Uncertain,

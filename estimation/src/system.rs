@@ -1,9 +1,12 @@
 //! Discrete-time systems: x_{k+1} = f(k, x_k, u_k, w_k), y_k = h(k, x_k, u_k, v_k).
 //!
-//! A system is its equations, written once for every number they can be evaluated on. The systems are
-//! a closed family, [`AnySystem`]: one file each under `systems/`, one line each below.
+//! A system is its equations, written once for every number they can be evaluated on, and what else is known of them: all that an
+//! estimator is told of a system is the trait [`System`]. Anyone can write one. Those that files name are the family
+//! [`AnySystem`]: one file each under `systems/`, one line each below.
 
 use crate::EstimationError;
+use crate::controller::FeedbackLinearising;
+use crate::propagation::Output;
 use crate::systems::{
     Equations, Linear, Lpv, Quadrotor, Raimondo, Unicycle, VanDerPol, VehicleSe2,
 };
@@ -56,15 +59,113 @@ pub struct Variables {
 /// A discrete-time system, written once for every number.
 ///
 /// Laws: `f` writes every component of `next` and `h` every component of `y`; neither branches on a
-/// state; evaluated on intervals, both contain the value at every point of the arguments.
+/// state; evaluated on intervals, both contain the value at every point of the arguments; a clone is the same system.
 /// Slices have the lengths of [`Variables`]; their lengths are checked by the callers.
-pub trait System: Send + Sync {
+///
+/// `variables`, `f` and `h` are all that has to be written. The rest has a default that claims nothing: an estimator that needs
+/// more refuses the system, and the others take a little longer.
+///
+/// ```
+/// use zonobench_estimation::system::{System, Variable, Variables};
+/// use zonobench_sets::number::Real;
+///
+/// /// θ⁺ = θ + T ω, ω⁺ = ω − T (g/l sin θ) + w; the bob's height above its lowest point is measured.
+/// #[derive(Clone, Debug)]
+/// struct Pendulum { period: f64, length: f64 }
+///
+/// impl System for Pendulum {
+///     fn variables(&self) -> Variables {
+///         Variables {
+///             x: vec![Variable::new("theta", "rad"), Variable::new("omega", "rad/s")],
+///             u: vec![],
+///             w: vec![Variable::new("w", "rad/s")],
+///             y: vec![Variable::new("height", "m")],
+///             v: vec![Variable::new("v", "m")],
+///         }
+///     }
+///     fn f<S: Real>(&self, _k: usize, x: &[S], _u: &[f64], w: &[S], next: &mut [S]) {
+///         next[0] = x[0] + x[1] * self.period;
+///         next[1] = x[1] - x[0].sin() * 9.81 / self.length * self.period + w[0];
+///     }
+///     fn h<S: Real>(&self, _k: usize, x: &[S], _u: &[f64], v: &[S], y: &mut [S]) {
+///         y[0] = (-x[0].cos() + 1.0) * self.length + v[0];
+///     }
+/// }
+/// # let pendulum = Pendulum { period: 0.02, length: 1.0 };
+/// # let mut next = [0.0; 2];
+/// # pendulum.f(0, &[0.0, 1.0], &[], &[0.0], &mut next);
+/// # assert_eq!((next, pendulum.kind()), ([0.02, 1.0], "Pendulum"));
+/// ```
+pub trait System: Clone + Send + Sync {
     /// The names and units of all components.
     fn variables(&self) -> Variables;
     /// x_{k+1} = f(k, x_k, u_k, w_k), into `next`.
     fn f<S: Real>(&self, k: usize, x: &[S], u: &[f64], w: &[S], next: &mut [S]);
     /// y_k = h(k, x_k, u_k, v_k), into `y`.
     fn h<S: Real>(&self, k: usize, x: &[S], u: &[f64], v: &[S], y: &mut [S]);
+
+    /// What it is called in errors, and the value of `kind` in a file: the type's name.
+    fn kind(&self) -> &'static str {
+        let path = std::any::type_name::<Self>();
+        let generic = path.find('<').unwrap_or(path.len());
+        let start = path[..generic].rfind("::").map_or(0, |at| at + 2);
+        &path[start..]
+    }
+    /// The time from step to step in s, of a system that has one.
+    fn period(&self) -> Option<f64> {
+        None
+    }
+    /// d, the number of parameters δ at the end of w.
+    fn n_delta(&self) -> usize {
+        0
+    }
+    /// Whether h(k, x_k, u_k, v_k) may hold u_k. Where it does not, nothing reads the input of the last step.
+    fn measures_input(&self) -> bool {
+        true
+    }
+    /// A, B, C, D of a linear time-invariant system: f is A x + B u + w, h is C x + D u + v.
+    fn linear_parts(&self) -> Option<LinearParts> {
+        None
+    }
+    /// C and D_v of an h that is C x + D_v v + h(k, 0, u, 0) at every step and input, exactly. Where nothing is said, it is looked for
+    /// at every measurement over the set at hand.
+    fn linear_output(&self) -> Option<(Matrix, Matrix)> {
+        let c = self.quasi_lpv()?.output_matrix();
+        let identity = Matrix::identity(c.rows());
+        Some((c, identity))
+    }
+    /// Why the equations are not defined all over a box of states, where that is known.
+    fn domain_fault(&self, over: &IntervalVector) -> Option<String> {
+        let _ = over;
+        None
+    }
+    /// The quasi-LPV form of a system that has one.
+    fn quasi_lpv(&self) -> Option<&dyn QuasiLpv> {
+        None
+    }
+    /// The controller that linearises it by feedback, at its start; of the quadrotor.
+    fn feedback_linearising(&self) -> Option<FeedbackLinearising> {
+        None
+    }
+    /// Itself where it is the vehicle on SE(2), whose filters know its group.
+    fn as_vehicle(&self) -> Option<&VehicleSe2> {
+        None
+    }
+    /// How far a trajectory is from the exact one: that of [`simulate`](crate::simulate()). A family of many systems has it
+    /// compiled once.
+    #[doc(hidden)]
+    fn trajectory_error(&self, x: &[Vec<f64>], u: &[Vec<f64>], w: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        crate::trajectory_error::trajectory_error(self, x, u, w)
+    }
+}
+
+/// C and D_v of a system that is known to have no kink and the same ones at every step and input.
+pub(crate) fn constant_output<Y: System>(system: &Y) -> Option<(Matrix, Matrix)> {
+    let variables = system.variables();
+    let u = vec![0.0; variables.u.len()];
+    let output = Output::new(system, 0, &u);
+    let anywhere = vec![Interval::UNIT; variables.x.len() + variables.v.len()];
+    output.coefficients(&IntervalVector::new(anywhere))
 }
 
 /// x⁺ = (A₀ + Σ_i δ_i A_i) x + B u + w with |δ_i| ≤ 1, valid over a box of states.
@@ -124,6 +225,39 @@ macro_rules! systems {
             fn h<S: Real>(&self, k: usize, x: &[S], u: &[f64], v: &[S], y: &mut [S]) {
                 match self { $(Self::$variant(s) => s.h(k, x, u, v, y)),+ }
             }
+            fn kind(&self) -> &'static str {
+                match self { $(Self::$variant(s) => s.kind()),+ }
+            }
+            fn period(&self) -> Option<f64> {
+                match self { $(Self::$variant(s) => s.period()),+ }
+            }
+            fn n_delta(&self) -> usize {
+                match self { $(Self::$variant(s) => System::n_delta(s)),+ }
+            }
+            fn measures_input(&self) -> bool {
+                match self { $(Self::$variant(s) => s.measures_input()),+ }
+            }
+            fn linear_parts(&self) -> Option<LinearParts> {
+                match self { $(Self::$variant(s) => s.linear_parts()),+ }
+            }
+            fn linear_output(&self) -> Option<(Matrix, Matrix)> {
+                match self { $(Self::$variant(s) => s.linear_output()),+ }
+            }
+            fn domain_fault(&self, over: &IntervalVector) -> Option<String> {
+                match self { $(Self::$variant(s) => s.domain_fault(over)),+ }
+            }
+            fn quasi_lpv(&self) -> Option<&dyn QuasiLpv> {
+                match self { $(Self::$variant(s) => s.quasi_lpv()),+ }
+            }
+            fn feedback_linearising(&self) -> Option<FeedbackLinearising> {
+                match self { $(Self::$variant(s) => s.feedback_linearising()),+ }
+            }
+            fn as_vehicle(&self) -> Option<&VehicleSe2> {
+                match self { $(Self::$variant(s) => s.as_vehicle()),+ }
+            }
+            fn trajectory_error(&self, x: &[Vec<f64>], u: &[Vec<f64>], w: &[Vec<f64>]) -> Vec<Vec<f64>> {
+                crate::trajectory_error::trajectory_error(self, x, u, w)
+            }
         }
     };
 }
@@ -133,41 +267,7 @@ systems!(
 );
 
 impl AnySystem {
-    /// The value of `kind` in a file.
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Self::Linear(_) => "linear",
-            Self::Lpv(_) => "lpv",
-            Self::VanDerPol(_) => "van-der-pol",
-            Self::Raimondo(_) => "raimondo",
-            Self::VehicleSe2(_) => "vehicle-se2",
-            Self::Quadrotor(_) => "quadrotor",
-            Self::Unicycle(_) => "unicycle",
-            Self::Equations(_) => "equations",
-        }
-    }
-
-    /// d, the number of parameters δ at the end of w; 0 for all but `lpv`.
-    pub fn n_delta(&self) -> usize {
-        match self {
-            Self::Lpv(s) => s.n_delta(),
-            _ => 0,
-        }
-    }
-
-    /// The time from step to step in s, of a system that has one.
-    pub fn period(&self) -> Option<f64> {
-        match self {
-            Self::VanDerPol(s) => Some(s.ts),
-            Self::VehicleSe2(s) => Some(s.dt),
-            Self::Quadrotor(s) => Some(s.dt),
-            Self::Unicycle(s) => Some(s.t0),
-            Self::Equations(s) => s.period(),
-            _ => None,
-        }
-    }
-
-    /// The key of [`AnySystem::period`] in a file.
+    /// The key of [`System::period`] in a file.
     pub fn period_key(&self) -> Option<&'static str> {
         match self {
             Self::VanDerPol(_) => Some("ts"),
@@ -175,72 +275,6 @@ impl AnySystem {
             Self::Unicycle(_) => Some("t0"),
             Self::Equations(s) => s.period().map(|_| "period"),
             Self::Linear(_) | Self::Lpv(_) | Self::Raimondo(_) => None,
-        }
-    }
-
-    /// Whether the measurement equation h(k, x_k, u_k, v_k) holds u_k. Where it does not, nothing reads the input of
-    /// the last step.
-    pub fn measures_input(&self) -> bool {
-        match self {
-            Self::Linear(s) => s.parts().d.as_slice().iter().any(|&d| d != 0.0),
-            Self::Lpv(_) | Self::VanDerPol(_) | Self::Raimondo(_) => false,
-            Self::VehicleSe2(_) | Self::Quadrotor(_) | Self::Unicycle(_) => false,
-            Self::Equations(s) => s.measures_input(),
-        }
-    }
-
-    /// A, B, C, D of a linear time-invariant system, and None for every other.
-    pub fn linear_parts(&self) -> Option<LinearParts> {
-        match self {
-            Self::Linear(s) => Some(s.parts()),
-            Self::Equations(s) => s.linear_parts(),
-            _ => None,
-        }
-    }
-
-    /// C and D_v of a measurement y = C x + D u + D_v v, of a system that knows that it is one.
-    pub fn linear_output(&self) -> Option<(Matrix, Matrix)> {
-        match self {
-            Self::Equations(s) => s.linear_output(),
-            _ => None,
-        }
-    }
-
-    /// Why the system's equations are not defined all over a box of states, where that is known of it.
-    pub fn domain_fault(&self, x: &IntervalVector) -> Option<String> {
-        match self {
-            Self::Raimondo(_) => {
-                let shifted = x[0] + Interval::point(4.0);
-                shifted.contains(0.0).then(|| {
-                    let (lo, hi) = (shifted.lo(), shifted.hi());
-                    format!("4 + x1 may be 0: the set reaches over [{lo}, {hi}]")
-                })
-            }
-            Self::Equations(s) => s.domain_fault(x),
-            Self::Unicycle(s) => s.reached(x).map(|(i, a)| {
-                format!(
-                    "the set reaches the abscissa of landmark {}: its distance ahead is in [{}, {}], and the \
-                     bearing is not defined at 0",
-                    i + 1,
-                    a.lo(),
-                    a.hi()
-                )
-            }),
-            _ => None,
-        }
-    }
-
-    /// The quasi-LPV form of a system that has one.
-    pub fn quasi_lpv(&self) -> Option<&dyn QuasiLpv> {
-        match self {
-            Self::Linear(s) => Some(s),
-            Self::Lpv(s) => Some(s),
-            Self::VanDerPol(s) => Some(s),
-            Self::Raimondo(_) => None,
-            Self::VehicleSe2(_) => None,
-            Self::Quadrotor(_) => None,
-            Self::Unicycle(_) => None,
-            Self::Equations(s) => s.as_linear().map(|s| s as &dyn QuasiLpv),
         }
     }
 }

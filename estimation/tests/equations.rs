@@ -277,7 +277,7 @@ fn at_vertices(of: &Uncertain) -> Noise {
     })
 }
 
-/// The guaranteed estimators; the first four need a linear measurement.
+/// The guaranteed estimators.
 const ESTIMATORS: [&str; 7] = [
     r#"{"kind": "zmv", "generators": 12}"#,
     r#"{"kind": "zfo", "generators": 12}"#,
@@ -294,7 +294,6 @@ fn every_estimator_that_takes_a_system_of_equations_holds_its_state_under_vertex
     for case in cases() {
         let system =
             Equations::new(case.source).unwrap_or_else(|fault| panic!("{}: {fault}", case.name));
-        let linear_measurement = system.linear_output().is_some();
         let (n, m) = (case.middle.len(), system.variables().y.len());
         let prior = box_of(&case.middle, case.prior);
         let (w, v) = (box_of(&vec![0.0; n], case.w), box_of(&vec![0.0; m], case.v));
@@ -308,18 +307,8 @@ fn every_estimator_that_takes_a_system_of_equations_holds_its_state_under_vertex
         let mut judged = 0;
         for json in ESTIMATORS {
             let settings: EstimatorSettings = serde_json::from_str(json).unwrap();
-            let estimator = match AnyEstimator::new(&settings, &problem) {
-                Ok(estimator) => estimator,
-                Err(error) => {
-                    let because = error.to_string().contains("linear in x and v");
-                    assert!(
-                        because && !linear_measurement,
-                        "{}: {json}: {error}",
-                        case.name
-                    );
-                    continue;
-                }
-            };
+            let estimator = AnyEstimator::new(&settings, &problem)
+                .unwrap_or_else(|error| panic!("{}: {json}: {error}", case.name));
             assert!(estimator.guaranteed(), "{json}");
             for run in 0..3 {
                 let one = simulate(

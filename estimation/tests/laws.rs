@@ -193,9 +193,9 @@ fn each_kind_says_its_name_and_its_settings() {
             .map(String::as_str)
             .filter(|k| *k != "kind")
             .collect();
-        // `scale` is written where it is set alone.
+        // `scale` and `measurement` are written where they are set alone.
         let mut known: Vec<&str> = info.keys.to_vec();
-        known.retain(|key| *key != "scale");
+        known.retain(|key| !["scale", "measurement"].contains(key));
         keys.sort_unstable();
         known.sort_unstable();
         if known.contains(&"jacobian") {

@@ -9,8 +9,8 @@ use zonobench_estimation::estimators::{
 };
 use zonobench_estimation::systems::{Linear, Lpv, VanDerPol};
 use zonobench_estimation::{
-    AnyBelief, AnyEstimator, AnySystem, Belief, Estimator, EstimatorSettings, Problem, Uncertain,
-    track,
+    AnyBelief, AnyEstimator, AnySystem, Belief, Estimator, EstimatorSettings, Problem, System,
+    Uncertain, track,
 };
 use zonobench_sets::Matrix;
 

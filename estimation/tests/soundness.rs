@@ -13,7 +13,7 @@ use zonobench_estimation::estimators::{
 use zonobench_estimation::systems::Linear;
 use zonobench_estimation::{
     AnyEstimator, AnySystem, Belief, EstimationError, Estimator, EstimatorSettings, Problem,
-    Uncertain, track,
+    System, Uncertain, track,
 };
 use zonobench_sets::{IntervalVector, Matrix};
 

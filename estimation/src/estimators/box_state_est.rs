@@ -11,7 +11,7 @@ use crate::estimator::{
     Belief, Containment, Estimator, Measurement, Phase, Shape, Size, box_contains,
 };
 use crate::system::LinearParts;
-use crate::{EstimationError, Problem, Uncertain};
+use crate::{EstimationError, Problem, System, Uncertain};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::interval_matrix::{dot, real_dot};
 use zonobench_sets::units::nearest_power;
@@ -158,10 +158,10 @@ struct Units {
 }
 
 impl Units {
-    fn of(
+    fn of<Y>(
         scale: Scale,
         parts: &LinearParts,
-        problem: &Problem,
+        problem: &Problem<Y>,
         v: &IntervalVector,
     ) -> Option<Self> {
         let x = List::from(scale.units(&problem.prior).as_slice()?);
@@ -205,7 +205,11 @@ pub const CONDITION_WARNING: f64 = 1e8;
 impl BoxStateEst {
     /// Fails where the system is not linear, a part of the problem has a covariance and no set, a
     /// power of A overflows, or the pair (A, C) is not observable.
-    pub fn new(settings: &BoxStateEstSettings, problem: &Problem) -> Result<Self, EstimationError> {
+    pub fn new<Y: System>(
+        settings: &BoxStateEstSettings,
+        problem: &Problem<Y>,
+    ) -> Result<Self, EstimationError> {
+        problem.validate()?;
         let Some(parts) = problem.system.linear_parts() else {
             return Err(EstimationError::Unsupported {
                 kind: KIND,

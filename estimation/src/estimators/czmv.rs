@@ -1,16 +1,17 @@
 //! CZMV and CZFO: constrained zonotopes through the mean value or the first-order Taylor extension, with
 //! exact intersections.
 
+use super::measurement::MeasurementSettings;
 use super::scale::{InUnits, Scale, Units, divided_box};
 use super::set_membership::{ConstrainedBelief, Model};
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::propagation::{Choice, Expansion, Remainder, first_order, mean_value};
-use crate::{EstimationError, Problem};
+use crate::{AnySystem, EstimationError, Problem, System};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::lp::LinearProgram;
 use zonobench_sets::number::Function;
 use zonobench_sets::reduction::scott;
-use zonobench_sets::{ConstrainedZonotope, IntervalVector, SetError};
+use zonobench_sets::{ConstrainedZonotope, IntervalVector, List, SetError};
 
 /// Settings of `czmv`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -26,6 +27,22 @@ pub struct CzmvSettings {
     /// In which units h is closest to another point, and generators and scores are compared; those of the state unless given.
     #[serde(default, skip_serializing_if = "Scale::is_none")]
     pub scale: Scale,
+    /// How a measurement that is not linear is taken in.
+    #[serde(default, skip_serializing_if = "MeasurementSettings::is_default")]
+    pub measurement: MeasurementSettings,
+}
+
+impl CzmvSettings {
+    /// So many generators and constraints, and else what is the default.
+    pub fn new(generators: usize, constraints: usize) -> Self {
+        Self {
+            generators,
+            constraints,
+            h: c2(),
+            scale: Scale::default(),
+            measurement: MeasurementSettings::default(),
+        }
+    }
 }
 
 fn c2() -> Choice {
@@ -52,6 +69,24 @@ pub struct CzfoSettings {
     /// In which units h is closest to another point, and generators and scores are compared; those of the state unless given.
     #[serde(default, skip_serializing_if = "Scale::is_none")]
     pub scale: Scale,
+    /// How a measurement that is not linear is taken in.
+    #[serde(default, skip_serializing_if = "MeasurementSettings::is_default")]
+    pub measurement: MeasurementSettings,
+}
+
+impl CzfoSettings {
+    /// So many generators and constraints, and else what is the default.
+    pub fn new(generators: usize, constraints: usize) -> Self {
+        Self {
+            generators,
+            constraints,
+            h: c4(),
+            expansion: Expansion::default(),
+            remainder: Remainder::default(),
+            scale: Scale::default(),
+            measurement: MeasurementSettings::default(),
+        }
+    }
 }
 
 fn c4() -> Choice {
@@ -108,20 +143,22 @@ impl Extension for FirstOrder<'_> {
 
 /// What both filters share.
 #[derive(Clone, Debug)]
-struct ConstrainedFilter {
-    model: Model,
+struct ConstrainedFilter<Y> {
+    model: Model<Y>,
     generators: usize,
     constraints: usize,
     units: Units,
+    passes: usize,
 }
 
-impl ConstrainedFilter {
+impl<Y: System> ConstrainedFilter<Y> {
     fn new(
         kind: &'static str,
         generators: usize,
         constraints: usize,
         scale: Scale,
-        problem: &Problem,
+        measurement: &MeasurementSettings,
+        problem: &Problem<Y>,
     ) -> Result<Self, EstimationError> {
         let model = Model::new(kind, problem)?;
         let n = model.prior.dim();
@@ -139,6 +176,7 @@ impl ConstrainedFilter {
             generators,
             constraints,
             units: scale.units(&problem.prior),
+            passes: measurement.passes(kind)?,
         })
     }
 
@@ -186,50 +224,70 @@ impl ConstrainedFilter {
         u: &[f64],
         y: Measurement,
     ) -> Result<ConstrainedBelief, EstimationError> {
-        let set = match self.model.observe(k, u, y)? {
-            Some((c, target)) => {
-                let joined = belief.set.generalized_intersection(&c, &target);
-                self.reduce(joined.map_err(EstimationError::at(k, "update"))?)
+        let mut lp = LinearProgram::new();
+        let mut set = belief.set.clone();
+        let (mut cut, mut left_out) = (false, List::new());
+        for pass in 0..self.passes {
+            let hull = || {
+                let hull = match pass {
+                    0 => belief.hull(),
+                    _ => set.interval_hull_with(&mut lp),
+                };
+                hull.map_err(EstimationError::at(k, "interval hull"))
+            };
+            let Some(reading) = self.model.read(k, u, y, hull)? else {
+                break;
+            };
+            left_out = reading.left_out;
+            let Some((c, target)) = reading.strips else {
+                break;
+            };
+            let joined = set.generalized_intersection(&c, &target);
+            set = joined.map_err(EstimationError::at(k, "update"))?;
+            cut = true;
+            if reading.exact {
+                break;
             }
-            // Nothing measured: only what has grown is reduced.
-            None if belief.set.generators() <= self.generators
-                && belief.set.constraints() <= self.constraints =>
-            {
-                Ok(belief.set.clone())
-            }
-            None => self.reduce(belief.set.clone()),
-        };
-        let set = set.map_err(EstimationError::at(k, "reduction"))?;
-        ConstrainedBelief::with_hull(set, &mut LinearProgram::new())
+        }
+        // Where nothing was read, only what has grown is reduced.
+        if cut || set.generators() > self.generators || set.constraints() > self.constraints {
+            set = self
+                .reduce(set)
+                .map_err(EstimationError::at(k, "reduction"))?;
+        }
+        ConstrainedBelief::with_hull(set, left_out, &mut lp)
             .map_err(EstimationError::at(k, "interval hull"))
     }
 }
 
 /// The constrained zonotope filter by the mean value extension ([`mean_value`]).
 ///
-/// predict: the extension of Theorem 2; update: X ∩_C (y − D u − D_v V), exact; then constraints are
+/// predict: the extension of Theorem 2; update: X ∩_C (y − D u − D_v V), exact where the measurement is linear, and by
+/// its mean value form where it is not; then constraints are
 /// eliminated and generators reduced (Scott; Method 4), in `update`, because the paper reports the reduced set.
 ///
 /// Guaranteed: x_k lies in every set if the assumptions hold, for whatever h.
 ///
 /// Source: [Rego2020, Secs. 4.1 and 5].
 #[derive(Clone, Debug)]
-pub struct Czmv {
-    filter: ConstrainedFilter,
+pub struct Czmv<Y = AnySystem> {
+    filter: ConstrainedFilter<Y>,
     h: Choice,
 }
 
-impl Czmv {
-    /// Fails where the measurement is not linear, a part of the problem has no set, or `generators` is
-    /// below n + `constraints`.
-    pub fn new(settings: &CzmvSettings, problem: &Problem) -> Result<Self, EstimationError> {
+impl<Y: System> Czmv<Y> {
+    /// Fails where a part of the problem has no set, `generators` is below n + `constraints`, or a setting is out of
+    /// range.
+    pub fn new(settings: &CzmvSettings, problem: &Problem<Y>) -> Result<Self, EstimationError> {
         let CzmvSettings {
             generators,
             constraints,
             scale,
+            ref measurement,
             ..
         } = *settings;
-        let filter = ConstrainedFilter::new("czmv", generators, constraints, scale, problem)?;
+        let filter =
+            ConstrainedFilter::new("czmv", generators, constraints, scale, measurement, problem)?;
         Ok(Self {
             filter,
             h: settings.h,
@@ -237,7 +295,7 @@ impl Czmv {
     }
 }
 
-impl Estimator for Czmv {
+impl<Y: System> Estimator for Czmv<Y> {
     type Belief = ConstrainedBelief;
     fn prior(&self) -> ConstrainedBelief {
         self.filter.prior()
@@ -278,21 +336,23 @@ impl Estimator for Czmv {
 ///
 /// Source: [Rego2020, Secs. 4.2 and 5].
 #[derive(Clone, Debug)]
-pub struct Czfo {
-    filter: ConstrainedFilter,
+pub struct Czfo<Y = AnySystem> {
+    filter: ConstrainedFilter<Y>,
     settings: CzfoSettings,
 }
 
-impl Czfo {
+impl<Y: System> Czfo<Y> {
     /// Fails as [`Czmv::new`].
-    pub fn new(settings: &CzfoSettings, problem: &Problem) -> Result<Self, EstimationError> {
+    pub fn new(settings: &CzfoSettings, problem: &Problem<Y>) -> Result<Self, EstimationError> {
         let CzfoSettings {
             generators,
             constraints,
             scale,
+            ref measurement,
             ..
         } = *settings;
-        let filter = ConstrainedFilter::new("czfo", generators, constraints, scale, problem)?;
+        let filter =
+            ConstrainedFilter::new("czfo", generators, constraints, scale, measurement, problem)?;
         Ok(Self {
             filter,
             settings: settings.clone(),
@@ -300,7 +360,7 @@ impl Czfo {
     }
 }
 
-impl Estimator for Czfo {
+impl<Y: System> Estimator for Czfo<Y> {
     type Belief = ConstrainedBelief;
     fn prior(&self) -> ConstrainedBelief {
         self.filter.prior()

@@ -3,7 +3,7 @@
 use super::mixed::{Gain, MixedBelief, MixedModel, MixedSettings};
 use super::scale::Scale;
 use crate::estimator::{Estimator, Measurement, Phase};
-use crate::{EstimationError, Problem};
+use crate::{AnySystem, EstimationError, Problem, System};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::{List, Matrix};
 
@@ -37,6 +37,19 @@ pub(super) fn with_overbars() -> bool {
 }
 
 impl EzgkfSettings {
+    /// φ, η and α, and else what is the default.
+    pub fn new(phi: usize, eta: f64, alpha: f64) -> Self {
+        Self {
+            phi,
+            eta,
+            alpha,
+            gain: Gain::default(),
+            overbars: with_overbars(),
+            merge_parallel: false,
+            scale: Scale::default(),
+        }
+    }
+
     pub(super) fn mixed(&self) -> MixedSettings {
         MixedSettings {
             phi: self.phi,
@@ -67,20 +80,20 @@ impl EzgkfSettings {
 ///
 /// Source: [dePaula, Algorithm 1].
 #[derive(Clone, Debug)]
-pub struct Ezgkf {
-    model: MixedModel,
+pub struct Ezgkf<Y = AnySystem> {
+    model: MixedModel<Y>,
 }
 
-impl Ezgkf {
+impl<Y: System> Ezgkf<Y> {
     /// Fails where a setting is out of range, the system or the system has no quasi-LPV form.
-    pub fn new(settings: &EzgkfSettings, problem: &Problem) -> Result<Self, EstimationError> {
+    pub fn new(settings: &EzgkfSettings, problem: &Problem<Y>) -> Result<Self, EstimationError> {
         Ok(Self {
             model: MixedModel::new("ezgkf", settings.mixed(), problem)?,
         })
     }
 }
 
-impl Estimator for Ezgkf {
+impl<Y: System> Estimator for Ezgkf<Y> {
     type Belief = MixedBelief;
 
     fn prior(&self) -> MixedBelief {

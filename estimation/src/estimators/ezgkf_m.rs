@@ -3,7 +3,7 @@
 use super::EzgkfSettings;
 use super::mixed::{MixedBelief, MixedModel};
 use crate::estimator::{Estimator, Measurement, Phase};
-use crate::{EstimationError, Problem};
+use crate::{AnySystem, EstimationError, Problem, System};
 use zonobench_sets::{List, Matrix};
 
 /// The EZGKF with the forecast of its Remark 3: the state matrix is taken as an interval matrix of
@@ -18,20 +18,20 @@ use zonobench_sets::{List, Matrix};
 ///
 /// Source: [dePaula, Remark 3].
 #[derive(Clone, Debug)]
-pub struct EzgkfM {
-    model: MixedModel,
+pub struct EzgkfM<Y = AnySystem> {
+    model: MixedModel<Y>,
 }
 
-impl EzgkfM {
+impl<Y: System> EzgkfM<Y> {
     /// Fails where a setting is out of range, the system or the system has no quasi-LPV form.
-    pub fn new(settings: &EzgkfSettings, problem: &Problem) -> Result<Self, EstimationError> {
+    pub fn new(settings: &EzgkfSettings, problem: &Problem<Y>) -> Result<Self, EstimationError> {
         Ok(Self {
             model: MixedModel::new("ezgkf-m", settings.mixed(), problem)?,
         })
     }
 }
 
-impl Estimator for EzgkfM {
+impl<Y: System> Estimator for EzgkfM<Y> {
     type Belief = MixedBelief;
 
     fn prior(&self) -> MixedBelief {

@@ -5,7 +5,7 @@ use super::mixed::{Correction, Gain, MixedBelief, MixedModel, MixedSettings};
 use super::scale::Scale;
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::system::Embedding;
-use crate::{EstimationError, Problem};
+use crate::{AnySystem, EstimationError, Problem, System};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::Matrix;
 
@@ -47,6 +47,22 @@ pub struct EzgkpSettings {
     pub scale: Scale,
 }
 
+impl EzgkpSettings {
+    /// φ, η and α, and else what is the default.
+    pub fn new(phi: usize, eta: f64, alpha: f64) -> Self {
+        Self {
+            phi,
+            eta,
+            alpha,
+            gain: Gain::default(),
+            overbars: with_overbars(),
+            merge_parallel: false,
+            form: Form::default(),
+            scale: Scale::default(),
+        }
+    }
+}
+
 /// The predictor: its belief at k has read y_0 … y_{k−1}.
 ///
 /// With the gain K of Theorem 1 for G_r (of order φ) and P, and T = I − K C:
@@ -64,14 +80,14 @@ pub struct EzgkpSettings {
 ///
 /// Source: [dePaula, Table I and Sec. V], after the predictor cited there as \[8\].
 #[derive(Clone, Debug)]
-pub struct Ezgkp {
-    model: MixedModel,
+pub struct Ezgkp<Y = AnySystem> {
+    model: MixedModel<Y>,
     form: Form,
 }
 
-impl Ezgkp {
+impl<Y: System> Ezgkp<Y> {
     /// Fails where a setting is out of range, the system or the system has no quasi-LPV form.
-    pub fn new(settings: &EzgkpSettings, problem: &Problem) -> Result<Self, EstimationError> {
+    pub fn new(settings: &EzgkpSettings, problem: &Problem<Y>) -> Result<Self, EstimationError> {
         let mixed = MixedSettings {
             phi: settings.phi,
             eta: settings.eta,
@@ -140,7 +156,7 @@ impl Ezgkp {
     }
 }
 
-impl Estimator for Ezgkp {
+impl<Y: System> Estimator for Ezgkp<Y> {
     type Belief = MixedBelief;
 
     fn prior(&self) -> MixedBelief {

@@ -7,7 +7,7 @@ use super::vehicle_filter::{
     VehicleFilterSettings,
 };
 use crate::estimator::{Estimator, Measurement, Phase};
-use crate::{EstimationError, Problem};
+use crate::{EstimationError, Problem, System};
 use zonobench_sets::Matrix;
 use zonobench_sets::se2::{Matrix3, Se2, ad, rotate};
 
@@ -41,9 +41,9 @@ pub struct Inzsmf {
 impl Inzsmf {
     /// Fails where a setting is out of range or does not go with another, and where the system is no vehicle
     /// or the sets are not centered zonotopes.
-    pub fn new(
+    pub fn new<Y: System>(
         settings: &VehicleFilterSettings,
-        problem: &Problem,
+        problem: &Problem<Y>,
     ) -> Result<Self, EstimationError> {
         let refuse = |key, expected: &str, got: &str| {
             Err(EstimationError::setting(KIND, key, expected, got))

@@ -4,7 +4,7 @@ use super::innovation::Innovation;
 use super::linear_output::{LinearOutput, complement, congruence};
 use crate::error::finite_vector;
 use crate::estimator::{Belief, Containment, Estimator, Extra, Measurement, Phase, Shape, Size};
-use crate::{EstimationError, Problem};
+use crate::{EstimationError, Problem, System};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::{Interval, IntervalVector, List, Matrix};
 
@@ -153,7 +153,11 @@ pub struct Kalman {
 
 impl Kalman {
     /// Fails where the system is not linear or a covariance is missing.
-    pub fn new(_settings: &KalmanSettings, problem: &Problem) -> Result<Self, EstimationError> {
+    pub fn new<Y: System>(
+        _settings: &KalmanSettings,
+        problem: &Problem<Y>,
+    ) -> Result<Self, EstimationError> {
+        problem.validate()?;
         let Some(parts) = problem.system.linear_parts() else {
             return Err(EstimationError::Unsupported {
                 kind: KIND,

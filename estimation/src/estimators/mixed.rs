@@ -14,7 +14,7 @@ use super::scale::{Scale, Units};
 use crate::error::finite_vector;
 use crate::estimator::{Belief, Containment, Measurement, Shape, Size, box_contains};
 use crate::system::Embedding;
-use crate::{AnySystem, EstimationError, Problem};
+use crate::{EstimationError, Problem, System};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::ellipsoid::chi_square_isf;
 use zonobench_sets::ops::{self, Stage};
@@ -130,8 +130,8 @@ const PARALLEL: f64 = 1e-12;
 
 /// What the mixed filters share: the problem in quasi-LPV form, the settings, the correction.
 #[derive(Clone, Debug)]
-pub(super) struct MixedModel {
-    system: AnySystem,
+pub(super) struct MixedModel<Y> {
+    system: Y,
     settings: MixedSettings,
     /// B, n × p.
     b: Matrix,
@@ -147,15 +147,16 @@ pub(super) struct MixedModel {
     units: Units,
 }
 
-impl MixedModel {
+impl<Y: System> MixedModel<Y> {
     /// Checks the settings and the problem: φ ≥ n, η in [0, 1], α in (0, 1), R^zg positive semidefinite.
     /// Covariances and shapes were checked with the problem; without a covariance it is zero, without
     /// generators there are none. w and v may have a mean.
     pub fn new(
         kind: &'static str,
         settings: MixedSettings,
-        problem: &Problem,
+        problem: &Problem<Y>,
     ) -> Result<Self, EstimationError> {
+        problem.validate()?;
         let Some(form) = problem.system.quasi_lpv() else {
             return Err(EstimationError::Unsupported {
                 kind,

@@ -13,7 +13,7 @@ use super::scale::{Scale, Units};
 use crate::error::finite_vector;
 use crate::estimator::Measurement;
 use crate::systems::VehicleSe2;
-use crate::{AnySystem, EstimationError, Problem, Uncertain};
+use crate::{EstimationError, Problem, System, Uncertain};
 use serde::de::{self, MapAccess, Visitor, value::MapAccessDeserializer};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -168,6 +168,22 @@ pub struct VehicleFilterSettings {
     pub scale: Scale,
 }
 
+impl VehicleFilterSettings {
+    /// So many columns, and else what is the default.
+    pub fn new(generators: usize) -> Self {
+        Self {
+            generators,
+            gain: PoseGain::default(),
+            reduction: PoseReduction::default(),
+            transition: Transition::default(),
+            transient: Transient::default(),
+            remainder: Remainder::default(),
+            side: Side::default(),
+            scale: Scale::default(),
+        }
+    }
+}
+
 /// The part of a filter that does not depend on the coordinates of the error.
 #[derive(Clone, Debug)]
 pub(super) struct VehicleFilter {
@@ -204,13 +220,14 @@ pub(super) struct Advance {
 
 impl VehicleFilter {
     /// Checks the settings and what the problem gives; `coordinates` are those of H_0.
-    pub fn new(
+    pub fn new<Y: System>(
         kind: &'static str,
         settings: VehicleFilterSettings,
-        problem: &Problem,
+        problem: &Problem<Y>,
         coordinates: Coordinates,
     ) -> Result<Self, EstimationError> {
-        let AnySystem::VehicleSe2(system) = &problem.system else {
+        problem.validate()?;
+        let Some(system) = problem.system.as_vehicle() else {
             return Err(EstimationError::Unsupported {
                 kind,
                 what: problem.system.kind(),

@@ -1,10 +1,11 @@
 //! ZMV and ZFO: zonotopes through the mean value or the first-order Taylor extension, and strips.
 
+use super::measurement::MeasurementSettings;
 use super::scale::{Scale, Units};
 use super::set_membership::{Model, ZonotopeBelief};
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::propagation::{Dynamics, zonotope_first_order, zonotope_mean_value};
-use crate::{EstimationError, Problem};
+use crate::{AnySystem, EstimationError, Problem, System};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::reduction::yang_scott;
 use zonobench_sets::{List, SetError, Zonotope, strip};
@@ -18,23 +19,38 @@ pub struct ZonotopeFilterSettings {
     /// In which units generators are compared when the order is reduced; those of the state unless given.
     #[serde(default, skip_serializing_if = "Scale::is_none")]
     pub scale: Scale,
+    /// How a measurement that is not linear is taken in.
+    #[serde(default, skip_serializing_if = "MeasurementSettings::is_default")]
+    pub measurement: MeasurementSettings,
+}
+
+impl ZonotopeFilterSettings {
+    /// So many generators, and else what is the default.
+    pub fn new(generators: usize) -> Self {
+        Self {
+            generators,
+            scale: Scale::default(),
+            measurement: MeasurementSettings::default(),
+        }
+    }
 }
 
 /// The zonotope filter of either extension.
 #[derive(Clone, Debug)]
-struct ZonotopeFilter {
-    model: Model,
+struct ZonotopeFilter<Y> {
+    model: Model<Y>,
     prior: Zonotope,
     w: Zonotope,
     generators: usize,
     units: Units,
+    passes: usize,
 }
 
-impl ZonotopeFilter {
+impl<Y: System> ZonotopeFilter<Y> {
     fn new(
         kind: &'static str,
         settings: &ZonotopeFilterSettings,
-        problem: &Problem,
+        problem: &Problem<Y>,
     ) -> Result<Self, EstimationError> {
         let model = Model::new(kind, problem)?;
         let n = model.prior.dim();
@@ -55,6 +71,7 @@ impl ZonotopeFilter {
             w,
             generators: settings.generators,
             units: settings.scale.units(&problem.prior),
+            passes: settings.measurement.passes(kind)?,
         })
     }
 
@@ -62,26 +79,39 @@ impl ZonotopeFilter {
     fn update(
         &self,
         k: usize,
-        set: &Zonotope,
+        belief: &ZonotopeBelief,
         u: &[f64],
         y: Measurement,
-    ) -> Result<Zonotope, EstimationError> {
-        let mut set = set.clone();
-        match self.model.observe(k, u, y)? {
-            Some((c, target)) => {
-                let half = target.zonotope().radius();
-                for (i, &half) in half.iter().enumerate() {
-                    let cut = strip::intersect(&set, c.row(i), target.c()[i], half);
-                    set = cut.map_err(EstimationError::at(k, "update"))?;
-                }
+    ) -> Result<ZonotopeBelief, EstimationError> {
+        let at = EstimationError::at(k, "update");
+        let mut set = belief.set.clone();
+        let (mut cut, mut left_out) = (false, List::new());
+        for _ in 0..self.passes {
+            let hull = || set.interval_hull().map_err(&at);
+            let Some(reading) = self.model.read(k, u, y, hull)? else {
+                break;
+            };
+            left_out = reading.left_out;
+            let Some((c, target)) = reading.strips else {
+                break;
+            };
+            let half = target.zonotope().radius();
+            for (i, &half) in half.iter().enumerate() {
+                set = strip::intersect(&set, c.row(i), target.c()[i], half).map_err(&at)?;
             }
-            // Nothing measured: only what has grown is reduced.
-            None if set.generators() <= self.generators => return Ok(set),
-            None => {}
+            cut = true;
+            if reading.exact {
+                break;
+            }
         }
-        self.units
-            .zonotope(&set.fold(), |set| yang_scott::reduce(set, self.generators))
-            .map_err(EstimationError::at(k, "reduction"))
+        // Where nothing was read, only what has grown is reduced.
+        if cut || set.generators() > self.generators {
+            set = self
+                .units
+                .zonotope(&set.fold(), |set| yang_scott::reduce(set, self.generators))
+                .map_err(EstimationError::at(k, "reduction"))?;
+        }
+        Ok(ZonotopeBelief { set, left_out })
     }
 
     fn predict(
@@ -89,11 +119,7 @@ impl ZonotopeFilter {
         k: usize,
         set: &Zonotope,
         u: &[f64],
-        extension: impl Fn(
-            &Dynamics<crate::AnySystem>,
-            &Zonotope,
-            &Zonotope,
-        ) -> Result<Zonotope, SetError>,
+        extension: impl Fn(&Dynamics<Y>, &Zonotope, &Zonotope) -> Result<Zonotope, SetError>,
     ) -> Result<Zonotope, EstimationError> {
         let f = self.model.dynamics(k - 1, u)?;
         extension(&f, set, &self.w)
@@ -113,24 +139,23 @@ macro_rules! zonotope_filter {
     ($(#[$doc:meta])* $name:ident, $kind:literal, $extension:ident) => {
         $(#[$doc])*
         #[derive(Clone, Debug)]
-        pub struct $name(ZonotopeFilter);
+        pub struct $name<Y = AnySystem>(ZonotopeFilter<Y>);
 
-        impl $name {
-            /// Fails where the measurement is not linear, a part of the problem has no set, or `generators`
-            /// is below n.
-            pub fn new(settings: &ZonotopeFilterSettings, problem: &Problem) -> Result<Self, EstimationError> {
+        impl<Y: System> $name<Y> {
+            /// Fails where a part of the problem has no set, `generators` is below n, or a setting is out of range.
+            pub fn new(settings: &ZonotopeFilterSettings, problem: &Problem<Y>) -> Result<Self, EstimationError> {
                 ZonotopeFilter::new($kind, settings, problem).map(Self)
             }
         }
 
-        impl Estimator for $name {
+        impl<Y: System> Estimator for $name<Y> {
             type Belief = ZonotopeBelief;
             fn prior(&self) -> ZonotopeBelief {
-                ZonotopeBelief { set: self.0.prior.clone() }
+                self.0.prior.clone().into()
             }
             fn predict(&self, k: usize, belief: &ZonotopeBelief, u: &[f64]) -> Result<ZonotopeBelief, EstimationError> {
                 let set = self.0.predict(k, &belief.set, u, |f, x, w| $extension(f, x, w))?;
-                Ok(ZonotopeBelief { set })
+                Ok(set.into())
             }
             /// Takes in y_k and reduces the order: the paper reports the reduced set.
             fn update(
@@ -140,7 +165,7 @@ macro_rules! zonotope_filter {
                 u: &[f64],
                 y: Measurement,
             ) -> Result<ZonotopeBelief, EstimationError> {
-                Ok(ZonotopeBelief { set: self.0.update(k, &belief.set, u, y)? })
+                self.0.update(k, belief, u, y)
             }
             fn guaranteed(&self) -> bool {
                 true
@@ -157,7 +182,8 @@ macro_rules! zonotope_filter {
 
 zonotope_filter!(
     /// The zonotope filter by the mean value extension:
-    /// predict ⟨f(c), [mid J G, diag P, mid J_w G_w]⟩, update by Bravo's strips, reduce by Method 4.
+    /// predict ⟨f(c), [mid J G, diag P, mid J_w G_w]⟩, update by Bravo's strips, reduce by Method 4. A measurement that is not
+    /// linear gives strips by its mean value form.
     ///
     /// Guaranteed: x_k lies in every set if the assumptions hold. Constraints of the prior or a noise are
     /// left out. Source: Alamo, Bravo, Camacho 2005, as compared in [Rego2020, Sec. 6].

@@ -5,7 +5,7 @@ use super::vehicle_filter::{
     Remainder, Side, Transient, Transition, VehicleFilter, VehicleFilterSettings,
 };
 use crate::estimator::{Estimator, Measurement, Phase};
-use crate::{EstimationError, Problem};
+use crate::{EstimationError, Problem, System};
 use zonobench_sets::Matrix;
 use zonobench_sets::se2::{Matrix3, Se2, rotate};
 
@@ -29,9 +29,9 @@ pub struct Zsmf {
 impl Zsmf {
     /// Fails where a setting is out of range or asks for what is InZSMF's, and where the system is no vehicle
     /// or the sets are not centered zonotopes.
-    pub fn new(
+    pub fn new<Y: System>(
         settings: &VehicleFilterSettings,
-        problem: &Problem,
+        problem: &Problem<Y>,
     ) -> Result<Self, EstimationError> {
         let own = [
             (

@@ -18,6 +18,7 @@ pub use mean_value::{mean_value, zonotope_mean_value};
 pub use taylor::{Expansion, Remainder, first_order, first_order_about, zonotope_first_order};
 
 use crate::System;
+use zonobench_sets::interval_matrix::jacobian_over;
 use zonobench_sets::number::{Function, Real};
 use zonobench_sets::rounding::up;
 use zonobench_sets::{Interval, IntervalVector, List, Matrix, Zonotope};
@@ -64,8 +65,67 @@ impl<Y: System> Function for Dynamics<'_, Y> {
     }
 }
 
+/// (x, v) ↦ h(k, x, u, v) of a system at one step, as a function of n + n_v numbers.
+#[derive(Debug)]
+pub(crate) struct Output<'a, Y> {
+    system: &'a Y,
+    /// k.
+    pub k: usize,
+    u: &'a [f64],
+    n: usize,
+    n_y: usize,
+    n_v: usize,
+}
+
+impl<'a, Y: System> Output<'a, Y> {
+    /// The measurement of step `k` under the input `u`.
+    pub fn new(system: &'a Y, k: usize, u: &'a [f64]) -> Self {
+        let variables = system.variables();
+        let sizes = [&variables.x, &variables.y, &variables.v].map(Vec::len);
+        Self::of_sizes(system, k, u, sizes)
+    }
+
+    /// The same where n, n_y and n_v are known.
+    pub fn of_sizes(system: &'a Y, k: usize, u: &'a [f64], [n, n_y, n_v]: [usize; 3]) -> Self {
+        Self {
+            system,
+            k,
+            u,
+            n,
+            n_y,
+            n_v,
+        }
+    }
+
+    /// C and D_v where h is linear over the box, with f64 coefficients at this k and u.
+    ///
+    /// A linear function has points for derivatives, not intervals. One that is not defined all over the box is not linear.
+    pub fn coefficients(&self, over: &IntervalVector) -> Option<(Matrix, Matrix)> {
+        let (n, all) = (self.n, self.n + self.n_v);
+        let (_, j) = jacobian_over(self, over).ok()?;
+        let columns =
+            |from: usize, to: usize| j.select_columns(&(from..to).collect::<List<_>>()).mid();
+        j.as_slice()
+            .iter()
+            .all(|e| e.is_point())
+            .then(|| (columns(0, n), columns(n, all)))
+    }
+}
+
+impl<Y: System> Function for Output<'_, Y> {
+    fn inputs(&self) -> usize {
+        self.n + self.n_v
+    }
+    fn outputs(&self) -> usize {
+        self.n_y
+    }
+    fn evaluate<S: Real>(&self, z: &[S], y: &mut [S]) {
+        self.system.h(self.k, &z[..self.n], self.u, &z[self.n..], y);
+    }
+}
+
 /// The box and the point: their smallest common box.
-fn around(sides: &IntervalVector, point: &[f64]) -> IntervalVector {
+pub(crate) fn around(sides: &IntervalVector, point: &[f64]) -> IntervalVector {
     sides
         .iter()
         .zip(point)

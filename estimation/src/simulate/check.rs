@@ -5,12 +5,12 @@ use crate::error::shortest;
 use crate::problem::Uncertain;
 use crate::random::{MAX_COMPONENTS, MAX_STEPS};
 use crate::signal::{Signal, sum_at};
-use crate::system::{AnySystem, System};
+use crate::system::System;
 
 impl Truth {
     /// Checks every part against the system and the number of steps, so that only a truncation that
     /// never succeeds or a state that diverges can fail later.
-    pub fn validate(&self, system: &AnySystem, steps: usize) -> Result<(), SimulationError> {
+    pub fn validate<Y: System>(&self, system: &Y, steps: usize) -> Result<(), SimulationError> {
         let variables = system.variables();
         let (n, n_delta) = (variables.x.len(), system.n_delta());
         match &self.x0 {
@@ -176,7 +176,7 @@ impl DeltaLaw {
 
 impl Inputs {
     /// Checks the inputs against the system and the last step.
-    pub fn validate(&self, system: &AnySystem, steps: usize) -> Result<(), SimulationError> {
+    pub fn validate<Y: System>(&self, system: &Y, steps: usize) -> Result<(), SimulationError> {
         let n = system.variables().u.len();
         match self {
             Inputs::Constant(u) => finite("inputs", u, n),

@@ -15,8 +15,7 @@ mod truth;
 use crate::UncertainError;
 use crate::random::{Draws, Purpose};
 use crate::signal::{SignalError, mixed_radix};
-use crate::system::{AnySystem, System};
-use crate::trajectory_error::trajectory_error;
+use crate::system::System;
 use draw::Source;
 pub use truth::{DeltaLaw, Drawn, InitialState, Inputs, Law, Noise, Truth};
 
@@ -102,8 +101,8 @@ pub struct Trajectory {
 ///
 /// Fails where they do not fit, where a truncated law finds no draw in its box, and where the state
 /// overflows.
-pub fn simulate(
-    system: &AnySystem,
+pub fn simulate<Y: System>(
+    system: &Y,
     truth: &Truth,
     inputs: &Inputs,
     seed: u64,
@@ -164,7 +163,7 @@ pub fn simulate(
         u.push(input);
         v.push(noise);
     }
-    let rounding = trajectory_error(system, &x, &u, &w);
+    let rounding = system.trajectory_error(&x, &u, &w);
     Ok(Trajectory {
         x,
         rounding,

@@ -1,4 +1,5 @@
 use super::*;
+use crate::AnySystem;
 use crate::Problem;
 use crate::problem::Uncertain;
 use crate::signal::{Oscillation, Signal};

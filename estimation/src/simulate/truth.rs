@@ -7,7 +7,7 @@ use crate::controller::{Controller, FeedbackLinearising};
 use crate::problem::Uncertain;
 use crate::random::Draws;
 use crate::signal::{Oscillation, Signal, sum_at};
-use crate::system::AnySystem;
+use crate::system::System;
 use serde::{Deserialize, Serialize};
 
 /// How the data of an experiment are made.
@@ -146,7 +146,7 @@ impl Truth {
     ///
     /// Fails with `Part` where a part is described by a covariance, alone or beside a set: there the
     /// experiment must say what the truth is.
-    pub fn assumed(problem: &Problem) -> Result<Self, SimulationError> {
+    pub fn assumed<Y: System>(problem: &Problem<Y>) -> Result<Self, SimulationError> {
         Ok(Self {
             x0: Self::assumed_x0(problem)?,
             w: Self::assumed_noise("truth.w", &problem.w)?,
@@ -156,7 +156,7 @@ impl Truth {
     }
 
     /// x_0 drawn from the prior, which must be a set without constraints and without a covariance.
-    pub fn assumed_x0(problem: &Problem) -> Result<InitialState, SimulationError> {
+    pub fn assumed_x0<Y>(problem: &Problem<Y>) -> Result<InitialState, SimulationError> {
         unambiguous("truth.x0", &problem.prior)?;
         Ok(InitialState::Drawn(problem.prior.clone()))
     }
@@ -172,7 +172,7 @@ impl Truth {
     }
 
     /// δ uniform for a system that has one.
-    pub fn assumed_delta(system: &AnySystem) -> Option<DeltaLaw> {
+    pub fn assumed_delta<Y: System>(system: &Y) -> Option<DeltaLaw> {
         (system.n_delta() > 0).then_some(DeltaLaw::Uniform)
     }
 

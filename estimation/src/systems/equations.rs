@@ -9,7 +9,7 @@ mod syntax;
 mod tape;
 
 use super::Linear;
-use crate::system::{LinearParts, System, Variable, Variables};
+use crate::system::{LinearParts, QuasiLpv, System, Variable, Variables};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::fmt;
@@ -195,28 +195,63 @@ impl Equations {
         (self.0.next.len(), self.0.output.len())
     }
 
-    /// Time from step to step in s, if it was given.
-    pub fn period(&self) -> Option<f64> {
-        self.0.source.period
-    }
-
-    /// A, B, C, D where the system is linear.
-    pub fn linear_parts(&self) -> Option<LinearParts> {
-        self.0.linear.as_ref().map(Linear::parts)
-    }
-
     /// The system as a [`Linear`] one, where it is.
     pub fn as_linear(&self) -> Option<&Linear> {
         self.0.linear.as_ref()
     }
+}
 
-    /// Whether an output holds an input.
-    pub fn measures_input(&self) -> bool {
+impl System for Equations {
+    fn variables(&self) -> Variables {
+        let of = |names: &Named| {
+            names
+                .iter()
+                .map(|(name, unit)| Variable::new(name, unit.clone()))
+                .collect()
+        };
+        Variables {
+            x: of(&self.0.source.x),
+            u: of(&self.0.source.u),
+            w: of(&self.0.source.w),
+            y: of(&self.0.source.y),
+            v: of(&self.0.source.v),
+        }
+    }
+
+    fn f<S: Real>(&self, k: usize, x: &[S], u: &[f64], w: &[S], next: &mut [S]) {
+        match &self.0.linear {
+            Some(linear) => linear.f(k, x, u, w, next),
+            None => self.0.next.evaluate(k, x, u, w, next),
+        }
+    }
+
+    fn h<S: Real>(&self, k: usize, x: &[S], u: &[f64], v: &[S], y: &mut [S]) {
+        match &self.0.linear {
+            Some(linear) => linear.h(k, x, u, v, y),
+            None => self.0.output.evaluate(k, x, u, v, y),
+        }
+    }
+
+    fn kind(&self) -> &'static str {
+        "equations"
+    }
+
+    fn period(&self) -> Option<f64> {
+        self.0.source.period
+    }
+
+    fn measures_input(&self) -> bool {
         self.0.output.reads_input()
     }
 
-    /// C and D_v of a measurement y = C x + D u + D_v v whose coefficients are f64s exactly.
-    pub fn linear_output(&self) -> Option<(Matrix, Matrix)> {
+    fn linear_parts(&self) -> Option<LinearParts> {
+        self.0.linear.as_ref().map(Linear::parts)
+    }
+
+    fn linear_output(&self) -> Option<(Matrix, Matrix)> {
+        if let Some(linear) = &self.0.linear {
+            return linear.linear_output();
+        }
         let Source { x, y, v, .. } = &self.0.source;
         let (rows, exact) = self.0.output.linear()?;
         let of =
@@ -224,8 +259,7 @@ impl Equations {
         exact.then(|| (of(0, x.len()), of(x.len(), v.len())))
     }
 
-    /// Why the equations are not defined all over a box of states, where that follows from the states alone.
-    pub fn domain_fault(&self, x: &IntervalVector) -> Option<String> {
+    fn domain_fault(&self, x: &IntervalVector) -> Option<String> {
         let over: Vec<Interval> = x.iter().copied().collect();
         let tapes = [&self.0.next, &self.0.output];
         let fault = tapes
@@ -259,37 +293,9 @@ impl Equations {
             of.join(", ")
         ))
     }
-}
 
-impl System for Equations {
-    fn variables(&self) -> Variables {
-        let of = |names: &Named| {
-            names
-                .iter()
-                .map(|(name, unit)| Variable::new(name, unit.clone()))
-                .collect()
-        };
-        Variables {
-            x: of(&self.0.source.x),
-            u: of(&self.0.source.u),
-            w: of(&self.0.source.w),
-            y: of(&self.0.source.y),
-            v: of(&self.0.source.v),
-        }
-    }
-
-    fn f<S: Real>(&self, k: usize, x: &[S], u: &[f64], w: &[S], next: &mut [S]) {
-        match &self.0.linear {
-            Some(linear) => linear.f(k, x, u, w, next),
-            None => self.0.next.evaluate(k, x, u, w, next),
-        }
-    }
-
-    fn h<S: Real>(&self, k: usize, x: &[S], u: &[f64], v: &[S], y: &mut [S]) {
-        match &self.0.linear {
-            Some(linear) => linear.h(k, x, u, v, y),
-            None => self.0.output.evaluate(k, x, u, v, y),
-        }
+    fn quasi_lpv(&self) -> Option<&dyn QuasiLpv> {
+        self.as_linear().map(|linear| linear as &dyn QuasiLpv)
     }
 }
 

@@ -135,6 +135,22 @@ impl System for Linear {
             *y = plus_row_times(row_times(self.c.row(i), x), self.d.row(i), u) + v[i];
         }
     }
+
+    fn kind(&self) -> &'static str {
+        "linear"
+    }
+
+    fn measures_input(&self) -> bool {
+        self.d.as_slice().iter().any(|&d| d != 0.0)
+    }
+
+    fn linear_parts(&self) -> Option<LinearParts> {
+        Some(self.parts())
+    }
+
+    fn quasi_lpv(&self) -> Option<&dyn QuasiLpv> {
+        Some(self)
+    }
 }
 
 impl QuasiLpv for Linear {

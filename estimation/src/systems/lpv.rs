@@ -79,11 +79,6 @@ impl Lpv {
         check("lpv", "c", &c, c.rows(), n)?;
         Ok(Self { a0, a, b, c })
     }
-
-    /// d, the number of parameters δ.
-    pub fn n_delta(&self) -> usize {
-        self.a.len()
-    }
 }
 
 impl System for Lpv {
@@ -117,6 +112,22 @@ impl System for Lpv {
         for (i, y) in y.iter_mut().enumerate() {
             *y = row_times(self.c.row(i), x) + v[i];
         }
+    }
+
+    fn kind(&self) -> &'static str {
+        "lpv"
+    }
+
+    fn n_delta(&self) -> usize {
+        self.a.len()
+    }
+
+    fn measures_input(&self) -> bool {
+        false
+    }
+
+    fn quasi_lpv(&self) -> Option<&dyn QuasiLpv> {
+        Some(self)
     }
 }
 

@@ -1,8 +1,10 @@
 //! A quadrotor that measures everything but its velocity, and forces of the wind that push it.
 
 use crate::EstimationError;
-use crate::system::{System, Variable, Variables};
+use crate::controller::FeedbackLinearising;
+use crate::system::{System, Variable, Variables, constant_output};
 use serde::{Deserialize, Serialize};
+use zonobench_sets::Matrix;
 use zonobench_sets::number::Real;
 
 /// State (x, y, z, u, v, w, φ, θ, ψ, p, q, r): position and velocity in the inertial frame, Euler angles, turn
@@ -180,6 +182,26 @@ impl System for Quadrotor {
         for ((y, &i), &v) in y.iter_mut().zip(&MEASURED).zip(v) {
             *y = x[i] + v;
         }
+    }
+
+    fn kind(&self) -> &'static str {
+        "quadrotor"
+    }
+
+    fn period(&self) -> Option<f64> {
+        Some(self.dt)
+    }
+
+    fn measures_input(&self) -> bool {
+        false
+    }
+
+    fn linear_output(&self) -> Option<(Matrix, Matrix)> {
+        constant_output(self)
+    }
+
+    fn feedback_linearising(&self) -> Option<FeedbackLinearising> {
+        Some(FeedbackLinearising::new(self))
     }
 }
 

@@ -1,8 +1,9 @@
 //! The nonlinear example of two states on which set-membership filters are compared.
 
-use crate::system::{System, Variable, Variables};
+use crate::system::{System, Variable, Variables, constant_output};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::number::Real;
+use zonobench_sets::{Interval, IntervalVector, Matrix};
 
 /// x₁⁺ = 3 x₁ − x₁²/7 − 4 x₁x₂/(4 + x₁) + w₁, x₂⁺ = −2 x₂ + 3 x₁x₂/(4 + x₁) + w₂,
 /// y₁ = x₁ + v₁, y₂ = −x₁ + x₂ + v₂.
@@ -87,6 +88,26 @@ impl System for Raimondo {
             y[0] = x[0] + v[0];
             y[1] = x[1] - x[0] + v[1];
         }
+    }
+
+    fn kind(&self) -> &'static str {
+        "raimondo"
+    }
+
+    fn measures_input(&self) -> bool {
+        false
+    }
+
+    fn linear_output(&self) -> Option<(Matrix, Matrix)> {
+        constant_output(self)
+    }
+
+    fn domain_fault(&self, over: &IntervalVector) -> Option<String> {
+        let shifted = over[0] + Interval::point(4.0);
+        shifted.contains(0.0).then(|| {
+            let (lo, hi) = (shifted.lo(), shifted.hi());
+            format!("4 + x1 may be 0: the set reaches over [{lo}, {hi}]")
+        })
     }
 }
 

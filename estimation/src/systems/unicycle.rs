@@ -77,7 +77,7 @@ impl Unicycle {
     }
 
     /// The landmark whose abscissa a box of states reaches, where the measurement is not defined.
-    pub(crate) fn reached(&self, x: &IntervalVector) -> Option<(usize, Interval)> {
+    fn reached(&self, x: &IntervalVector) -> Option<(usize, Interval)> {
         let ahead = |(i, l): (usize, &[f64; 2])| (i, Interval::point(l[0]) - x[0]);
         let landmarks = self.landmarks.iter().enumerate();
         landmarks.map(ahead).find(|(_, a)| a.contains(0.0))
@@ -126,6 +126,30 @@ impl System for Unicycle {
             y[2 * i] = (a.sqr() + b.sqr()).sqrt() + v[2 * i];
             y[2 * i + 1] = x[2] - (b / a).atan() + v[2 * i + 1];
         }
+    }
+
+    fn kind(&self) -> &'static str {
+        "unicycle"
+    }
+
+    fn period(&self) -> Option<f64> {
+        Some(self.t0)
+    }
+
+    fn measures_input(&self) -> bool {
+        false
+    }
+
+    fn domain_fault(&self, over: &IntervalVector) -> Option<String> {
+        self.reached(over).map(|(i, a)| {
+            format!(
+                "the set reaches the abscissa of landmark {}: its distance ahead is in [{}, {}], and the \
+                 bearing is not defined at 0",
+                i + 1,
+                a.lo(),
+                a.hi()
+            )
+        })
     }
 }
 

@@ -67,6 +67,22 @@ impl System for VanDerPol {
     fn h<S: Real>(&self, _k: usize, x: &[S], _u: &[f64], v: &[S], y: &mut [S]) {
         y[0] = x[0] + x[1] + v[0];
     }
+
+    fn kind(&self) -> &'static str {
+        "van-der-pol"
+    }
+
+    fn period(&self) -> Option<f64> {
+        Some(self.ts)
+    }
+
+    fn measures_input(&self) -> bool {
+        false
+    }
+
+    fn quasi_lpv(&self) -> Option<&dyn QuasiLpv> {
+        Some(self)
+    }
 }
 
 impl QuasiLpv for VanDerPol {

@@ -1,11 +1,11 @@
 //! A vehicle in the plane that is told its turn rate and its speed and measures its position.
 
 use crate::EstimationError;
-use crate::system::{System, Variable, Variables};
+use crate::system::{System, Variable, Variables, constant_output};
 use serde::{Deserialize, Serialize};
-use zonobench_sets::Interval;
 use zonobench_sets::number::Real;
 use zonobench_sets::se2::{Se2, rotate};
+use zonobench_sets::{Interval, Matrix};
 
 /// How the continuous equations [Li, Eq. (13)] are sampled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -160,6 +160,26 @@ impl System for VehicleSe2 {
     fn h<S: Real>(&self, _k: usize, x: &[S], _u: &[f64], v: &[S], y: &mut [S]) {
         y[0] = x[1] + v[0];
         y[1] = x[2] + v[1];
+    }
+
+    fn kind(&self) -> &'static str {
+        "vehicle-se2"
+    }
+
+    fn period(&self) -> Option<f64> {
+        Some(self.dt)
+    }
+
+    fn measures_input(&self) -> bool {
+        false
+    }
+
+    fn linear_output(&self) -> Option<(Matrix, Matrix)> {
+        constant_output(self)
+    }
+
+    fn as_vehicle(&self) -> Option<&VehicleSe2> {
+        Some(self)
     }
 }
 

@@ -855,12 +855,12 @@ fn check(file: &Path) -> Result<u8, Error> {
 
 /// Tells what is right in a file and perhaps not meant.
 fn warn(file: &Path) {
-    let warnings = Experiment::warnings(file);
-    for warning in warnings.iter().take(MOST_TOLD) {
+    let (first, all) = Experiment::warnings(file, MOST_TOLD);
+    for warning in &first {
         eprintln!("warning: {warning}");
     }
-    if let Some(more) = warnings.len().checked_sub(MOST_TOLD).filter(|&n| n > 0) {
-        eprintln!("{} more warnings", more);
+    if let Some(more) = all.checked_sub(MOST_TOLD).filter(|&n| n > 0) {
+        eprintln!("{more} more warnings");
     }
 }
 

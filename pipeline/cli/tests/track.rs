@@ -729,7 +729,7 @@ fn a_pipe_is_read_once_and_what_has_no_end_is_refused() {
         folder
             .run(arguments)
             .ends_with(2)
-            .says(&["/dev/zero: expected at most 16777216 bytes, got more"]);
+            .says(&["/dev/zero: expected at most 4194304 bytes, got more"]);
     }
     folder.write(
         "t.toml",

@@ -1,8 +1,8 @@
 //! A polytope that contains x_k, and the systems' functions that its filters decompose.
 
+use crate::System;
 use crate::estimator::{Belief, Containment, Shape, Size, box_contains};
 use crate::propagation::generators::at_generators;
-use crate::system::{AnySystem, System};
 use std::sync::OnceLock;
 use zonobench_sets::lp::{LinearProgram, Work};
 use zonobench_sets::number::{Function, Real};
@@ -170,8 +170,8 @@ pub(super) enum NoiseArgument<'a> {
 }
 
 /// x, (x, e) or (x, η) ↦ f(k, x, u, e) or h(k, x, u, e).
-pub(super) struct Equation<'a> {
-    pub system: &'a AnySystem,
+pub(super) struct Equation<'a, Y> {
+    pub system: &'a Y,
     pub side: Side,
     pub k: usize,
     pub u: &'a [f64],
@@ -181,7 +181,7 @@ pub(super) struct Equation<'a> {
     pub noise: NoiseArgument<'a>,
 }
 
-impl Equation<'_> {
+impl<Y: System> Equation<'_, Y> {
     fn apply<S: Real>(&self, x: &[S], e: &[S], out: &mut [S]) {
         match self.side {
             Side::Dynamics => self.system.f(self.k, x, self.u, e, out),
@@ -193,7 +193,7 @@ impl Equation<'_> {
 /// Noises of at most this many components need no allocation.
 const SMALL: usize = 16;
 
-impl Function for Equation<'_> {
+impl<Y: System> Function for Equation<'_, Y> {
     fn inputs(&self) -> usize {
         match self.noise {
             NoiseArgument::Zero => self.n,

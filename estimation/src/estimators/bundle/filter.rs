@@ -12,8 +12,7 @@ use crate::propagation::decomposition::{
     mean_value_relations,
 };
 use crate::propagation::product_up;
-use crate::system::{AnySystem, System};
-use crate::{EstimationError, Problem};
+use crate::{EstimationError, Problem, System};
 use zonobench_sets::interval_matrix::{jacobian_over, real_dot};
 use zonobench_sets::lp::LinearProgram;
 use zonobench_sets::units::picked;
@@ -46,9 +45,9 @@ pub(super) enum Method {
 }
 
 #[derive(Clone, Debug)]
-pub(super) struct PolytopeFilter {
+pub(super) struct PolytopeFilter<Y> {
     kind: &'static str,
-    system: AnySystem,
+    system: Y,
     prior: PolytopeBelief,
     w: ConstrainedZonotope,
     w_hull: IntervalVector,
@@ -63,13 +62,14 @@ pub(super) struct PolytopeFilter {
     facets: FacetBound,
 }
 
-impl PolytopeFilter {
+impl<Y: System> PolytopeFilter<Y> {
     pub fn new(
         kind: &'static str,
         method: Method,
         settings: &PolytopeFilterSettings,
-        problem: &Problem,
+        problem: &Problem<Y>,
     ) -> Result<Self, EstimationError> {
+        problem.validate()?;
         let variables = problem.system.variables();
         let n = variables.x.len();
         let unsupported =
@@ -133,7 +133,7 @@ impl PolytopeFilter {
         k: usize,
         u: &'a [f64],
         noise: NoiseArgument<'a>,
-    ) -> Equation<'a> {
+    ) -> Equation<'a, Y> {
         let (n_e, outputs) = match side {
             Side::Dynamics => (self.w_hull.dim(), self.n),
             Side::Output => (self.v_hull.dim(), self.n_y),
@@ -249,7 +249,7 @@ impl PolytopeFilter {
         &self,
         k: usize,
         member: &Member,
-        f: &Equation,
+        f: &Equation<Y>,
         from: &Polytope,
         noise: Option<&Coordinates>,
         lp: &mut LinearProgram,
@@ -380,7 +380,7 @@ impl PolytopeFilter {
         &self,
         k: usize,
         belief: &PolytopeBelief,
-        mu: &Equation,
+        mu: &Equation<Y>,
         noise: Option<&Coordinates>,
     ) -> Result<Vec<(usize, Relation)>, EstimationError> {
         let at = EstimationError::at(k, "update");
@@ -459,8 +459,8 @@ fn framed(frame: Frame, noise: Option<&Coordinates>) -> Frame {
     }
 }
 
-fn mean_value_over(
-    f: &Equation,
+fn mean_value_over<Y: System>(
+    f: &Equation<Y>,
     over: &IntervalVector,
     jacobian: JacobianBounds,
     vectors: Vectors,
@@ -470,7 +470,11 @@ fn mean_value_over(
 }
 
 /// The relations of every row that `recipe` chooses, over the box of `frame` and in its coordinates.
-fn chosen(f: &Equation, frame: &Frame, recipe: Recipe) -> Result<Vec<Vec<Relation>>, SetError> {
+fn chosen<Y: System>(
+    f: &Equation<Y>,
+    frame: &Frame,
+    recipe: Recipe,
+) -> Result<Vec<Vec<Relation>>, SetError> {
     let j = jacobian_bounds(f, frame, recipe.jacobian, recipe.vectors)?;
     chosen_relations(f, frame, &j, recipe)
 }

@@ -2,6 +2,7 @@
 //! set of all relations.
 
 use super::belief::{Equation, PolytopeBelief};
+use crate::System;
 use crate::propagation::decomposition::{
     Recipe, Relation, chosen_relations, jacobian_bounds, linear_parts, mean_value_relations,
 };
@@ -117,8 +118,8 @@ fn without_flat_columns(z: &Zonotope) -> Result<Zonotope, SetError> {
 }
 
 /// { z + w : z_i − M (x, η) ∈ remainder for every relation of row i, for one x ∈ P and η of the noise; w ∈ W }.
-pub(super) fn lift(
-    f: &Equation,
+pub(super) fn lift<Y: System>(
+    f: &Equation<Y>,
     from: &Polytope,
     noise: Option<&Coordinates>,
     recipe: Recipe,

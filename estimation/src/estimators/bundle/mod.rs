@@ -19,7 +19,7 @@ pub use belief::PolytopeBelief;
 
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::propagation::decomposition::{Choose, JacobianBounds, Recipe, Vectors};
-use crate::{EstimationError, Problem};
+use crate::{AnySystem, EstimationError, Problem, System};
 use filter::{Member, Method, PolytopeFilter};
 use serde::{Deserialize, Serialize};
 use zonobench_sets::FacetBound;
@@ -137,14 +137,14 @@ macro_rules! filters {
     ($($(#[$doc:meta])* $name:ident, $kind:literal, $choose:literal, $carry:literal, $method:expr;)+) => {$(
         $(#[$doc])*
         #[derive(Clone, Debug)]
-        pub struct $name(PolytopeFilter);
+        pub struct $name<Y = AnySystem>(PolytopeFilter<Y>);
 
-        impl $name {
+        impl<Y: System> $name<Y> {
             /// Fails where a part of the problem has no set, or a setting does not fit; the bundle and the
             /// facets need at most three states.
             pub fn new(
                 settings: &PolytopeFilterSettings,
-                problem: &Problem,
+                problem: &Problem<Y>,
             ) -> Result<Self, EstimationError> {
                 settings.only($kind, $choose, $carry)?;
                 let method: fn(&PolytopeFilterSettings) -> Method = $method;
@@ -152,7 +152,7 @@ macro_rules! filters {
             }
         }
 
-        impl Estimator for $name {
+        impl<Y: System> Estimator for $name<Y> {
             type Belief = PolytopeBelief;
             fn prior(&self) -> PolytopeBelief {
                 self.0.prior()

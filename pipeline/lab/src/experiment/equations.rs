@@ -61,21 +61,25 @@ pub fn system(table: &Table) -> Result<AnySystem, BadInput> {
     }
 }
 
-/// What a system of equations says that is right and perhaps not meant; nothing of any other system.
-pub fn warnings(field: &Field) -> Vec<BadInput> {
+/// What a system of equations says that is right and perhaps not meant, the first `most`, and how many there are; nothing of
+/// any other system.
+pub fn warnings(field: &Field, most: usize) -> (Vec<BadInput>, usize) {
     let Ok(table) = field.any_table() else {
-        return Vec::new();
+        return (Vec::new(), 0);
     };
     match table.get("kind").map(|kind| kind.string()) {
         Some(Ok("equations")) => {}
-        _ => return Vec::new(),
+        _ => return (Vec::new(), 0),
     }
-    match system(&table) {
-        Ok(AnySystem::Equations(equations)) => (equations.warnings().iter())
-            .map(|fault| at_its_place(&table, fault))
-            .collect(),
-        _ => Vec::new(),
-    }
+    let Ok(AnySystem::Equations(equations)) = system(&table) else {
+        return (Vec::new(), 0);
+    };
+    let all = equations.warnings();
+    let first = all.iter().take(most);
+    (
+        first.map(|fault| at_its_place(&table, fault)).collect(),
+        all.len(),
+    )
 }
 
 fn motion(table: &Table) -> Result<Motion, BadInput> {

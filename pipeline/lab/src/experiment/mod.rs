@@ -159,18 +159,19 @@ impl Experiment {
         read_all(&source, None, experiment)
     }
 
-    /// What is right in a file and perhaps not meant, each at its place; none where the file cannot be read.
-    pub fn warnings(path: &Path) -> Vec<BadInput> {
+    /// What is right in a file and perhaps not meant: the first `most`, each at its place, and how many there are. None
+    /// where the file cannot be read.
+    pub fn warnings(path: &Path, most: usize) -> (Vec<BadInput>, usize) {
         let Ok(source) = source(path) else {
-            return Vec::new();
+            return (Vec::new(), 0);
         };
         let Ok(root) = Node::parse(&source) else {
-            return Vec::new();
+            return (Vec::new(), 0);
         };
         let any: Vec<&str> = root.entries().iter().map(|e| e.key.as_str()).collect();
         let table = Table::new(&source, String::new(), &root, &any);
         let system = table.ok().and_then(|table| table.get("system"));
-        system.map_or_else(Vec::new, |system| equations::warnings(&system))
+        system.map_or((Vec::new(), 0), |system| equations::warnings(&system, most))
     }
 
     /// `paper/id`, for messages.
@@ -256,8 +257,9 @@ fn source(path: &Path) -> Result<Source, BadInput> {
     }
 }
 
-/// The most bytes that are read of an experiment's file.
-const MOST_BYTES: u64 = 16 << 20;
+/// The most bytes that are read of an experiment's file: a larger one takes longer than a second. Recordings are files of their
+/// own.
+const MOST_BYTES: u64 = 4 << 20;
 
 /// What [`read_all`] reads from each variant: an experiment, or what `track` needs of one.
 trait Named {

@@ -77,6 +77,11 @@ impl Ending {
         }
     }
 
+    /// Whether sets grew without end.
+    pub fn is_divergence(&self) -> bool {
+        self.status == "diverged"
+    }
+
     /// Whether numbers were no longer finite.
     pub fn is_overflow(&self) -> bool {
         self.status == "overflow"

@@ -472,44 +472,46 @@ impl<'a> Watch<'a> {
         Ending::diverged(&self.judged.id, self.run, k, cause)
     }
 
-    /// The ending, with its reason where sets that grew have overflowed.
-    fn told(&self, ending: Ending) -> Ending {
+    /// The ending, with its reason where sets that grew are no longer finite.
+    fn told(&self, ending: Ending, is_infinite: bool) -> Ending {
         let grown = self.growth.as_ref().and_then(Growth::since_start);
-        match grown.filter(|_| ending.is_overflow()) {
-            Some(grown) => self.diverged(
-                ending.k,
-                Grown {
-                    now: f64::INFINITY,
-                    ..grown
-                },
-            ),
+        match grown.filter(|_| is_infinite) {
+            Some(grown) => {
+                let now = f64::INFINITY;
+                self.diverged(ending.k, Grown { now, ..grown })
+            }
             None => ending,
         }
     }
 
-    /// The ending, with the term that is not defined all over the set where `error` says that one is not.
-    fn outside(
-        &self,
-        mut ending: Ending,
-        error: &EstimationError,
-        predicted: Option<&AnyBelief>,
-    ) -> Ending {
-        let is_domain = matches!(
-            error,
+    /// How the run ends by `error` at step `k`.
+    fn failed(&self, k: usize, error: &EstimationError, predicted: Option<&AnyBelief>) -> Ending {
+        let ending = Ending::of(&self.judged.id, self.run, k, error);
+        let outside = match error {
             EstimationError::Set {
-                source: SetError::Domain { .. },
+                source: SetError::Domain { lower, upper, .. },
                 ..
-            }
-        );
+            } => Some((lower, upper)),
+            _ => None,
+        };
+        let is_entire =
+            outside.is_some_and(|(lower, upper)| lower.is_infinite() || upper.is_infinite());
+        let is_infinite = ending.is_overflow() || is_entire;
+        let ending = self.told(ending, is_infinite);
+        match outside {
+            Some(_) if !ending.is_divergence() => self.outside(ending, predicted),
+            _ => ending,
+        }
+    }
+
+    /// The ending, with the term that is not defined all over the set.
+    fn outside(&self, mut ending: Ending, predicted: Option<&AnyBelief>) -> Ending {
         let over = predicted.map_or_else(
             || self.last.as_ref().map(|(_, hull)| hull.clone()),
             AnyBelief::interval_hull,
         );
         let system = &self.judged.job.spec.problem.system;
-        if let Some(fault) = over
-            .filter(|_| is_domain)
-            .and_then(|x| system.domain_fault(&x))
-        {
+        if let Some(fault) = over.and_then(|x| system.domain_fault(&x)) {
             ending.cause = fault;
         }
         ending
@@ -588,7 +590,10 @@ impl<'a> Judged<'a> {
                         self.record(at, belief, truth, &mut rows);
                         None
                     }
-                    Some(what) => Some(watch.told(Ending::overflow(&self.id, run, step.k, what))),
+                    Some(what) => {
+                        let ending = Ending::overflow(&self.id, run, step.k, what);
+                        Some(watch.told(ending, true))
+                    }
                 }
             };
             ending = predicted.and_then(|belief| record(Phase::Predicted, belief, None));
@@ -602,8 +607,7 @@ impl<'a> Judged<'a> {
                     }
                     Ok(belief) => record(Phase::Updated, belief, None),
                     Err(Ended::Error(error)) => {
-                        let ended = Ending::of(&self.id, run, step.k, error);
-                        Some(watch.outside(watch.told(ended), error, step.predicted.as_ref()))
+                        Some(watch.failed(step.k, error, step.predicted.as_ref()))
                     }
                     Err(Ended::Said(ending)) => Some(ending.clone()),
                 };

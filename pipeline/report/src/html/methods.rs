@@ -6,6 +6,7 @@ use crate::source::{Held, Source};
 use crate::step_times::{Recorded, StepTimes};
 use std::collections::BTreeMap;
 use std::path::Path;
+use zonobench_estimation::System as _;
 use zonobench_lab::experiment::metric::METRICS;
 use zonobench_lake::digits::four_digits;
 use zonobench_lake::error::Error;
