@@ -418,13 +418,47 @@ impl ConstrainedZonotope {
         {
             return Ok(Containment::Inside);
         }
-        lp.load(&rows, &right, &slack)?;
-        Ok(match lp.emptiness_with_reserve(&reserve) {
+        let mut found = point_keeping(&rows, &right, &slack, &reserve, lp)?;
+        if matches!(found, Emptiness::Undecided { .. }) {
+            found = lp.emptiness_by_second_opinion(&reserve);
+        }
+        Ok(match found {
             Emptiness::Empty => Containment::Outside,
             Emptiness::NonEmpty(_) => Containment::Inside,
             Emptiness::Undecided { .. } => Containment::Undecided,
         })
     }
+}
+
+/// Whether some ξ keeps |rows ξ − right| + reserve ≤ slack, by the simplex alone: first among the vertices within the
+/// slack, where a proof that there is none comes from too, then among those within what the reserve leaves of
+/// it. A vertex is where some rows are at the end of their slack, so it seldom has a reserve by itself. Leaves the rows
+/// with all of the slack in `lp`.
+fn point_keeping(
+    rows: &Matrix,
+    right: &[f64],
+    slack: &[f64],
+    reserve: &[f64],
+    lp: &mut LinearProgram,
+) -> Result<Emptiness, SetError> {
+    lp.load(rows, right, slack)?;
+    let found = lp.point_with_reserve(reserve);
+    if !matches!(found, Emptiness::Undecided { .. }) || reserve.iter().all(|r| *r == 0.0) {
+        return Ok(found);
+    }
+    let kept = reserve.iter().copied().chain(std::iter::repeat(0.0));
+    let left: List<f64> = slack
+        .iter()
+        .zip(kept)
+        .map(|(slack, kept)| if *slack > kept { slack - kept } else { 0.0 })
+        .collect();
+    lp.load(rows, right, &left)?;
+    let closer = lp.point_with_reserve(&[]);
+    lp.load(rows, right, slack)?;
+    Ok(match closer {
+        Emptiness::NonEmpty(xi) if lp.verifies(&xi, reserve) => Emptiness::NonEmpty(xi),
+        _ => found,
+    })
 }
 
 impl ConstrainedZonotope {
@@ -467,8 +501,8 @@ impl ConstrainedZonotope {
             .collect();
         let slack = List::concat(&[self.r(), &self.delta]);
         let within = 1.0 - share;
-        lp.load(&rows.scale(within), right, &slack)?;
-        let Emptiness::NonEmpty(mut xi) = lp.point_with_reserve(&left) else {
+        let found = point_keeping(&rows.scale(within), right, &slack, &left, lp)?;
+        let Emptiness::NonEmpty(mut xi) = found else {
             return Ok(false);
         };
         xi.iter_mut().for_each(|x| *x *= within);

@@ -25,6 +25,11 @@
 //! full, and if it is not, the unit is 2⁻¹⁰²¹ and its half is η. S and e themselves lose less than 2⁻¹⁰⁷⁴ to
 //! underflow then, which η/2 pays beside the products' η/2.
 //!
+//! **Few entries.** Where most entries of A are 0 the sums run along the others: what is left out are products with an entry
+//! or a multiplier that is exactly 0, which add nothing and round nothing, so every term passes through no more
+//! roundings than above. A y_i that is infinite or NaN makes core + e so by Σ|y_i|(|A_i|1 + |b_i| + δ_i), whose factors are
+//! positive as computed.
+//!
 //! **Emptiness.** With d = 0 a feasible ξ gives 0 ≤ bᵀz + |z|ᵀδ + ‖Aᵀz‖₁ for every z; so if
 //! U(0, −y) < 0 there is none.
 //!
@@ -32,6 +37,7 @@
 //! It is exact, because a row is only scaled if scaling back returns every entry; so the scaled rows
 //! describe the same set, and everything here is about them.
 
+use super::compressed::Compressed;
 use crate::matrix::abs_sum;
 use crate::rounding::{ETA, gamma, up};
 use crate::{List, Matrix, SetError, ops};
@@ -50,7 +56,16 @@ pub(super) struct Program {
     weight: List<f64>,
     /// The power of two that row i was multiplied by.
     scale: List<f64>,
+    /// The entries that are not 0, of a program that is large and has few.
+    entries: Compressed,
+    listed: bool,
 }
+
+/// Programs with fewer coefficients, zeros among them, are small.
+const LARGE: usize = 3000;
+
+/// Programs in which more than one coefficient in so many is not 0 have many.
+const FEW: usize = 2;
 
 /// Rows are padded to a multiple of this.
 pub(super) const LANES: usize = 4;
@@ -78,6 +93,29 @@ impl Program {
 
     pub(super) fn slack(&self) -> &[f64] {
         &self.delta
+    }
+
+    /// The power of two that each row was multiplied by.
+    pub(super) fn scales(&self) -> &[f64] {
+        &self.scale
+    }
+
+    /// The entries that are not 0, where [`Program::list`] found the program large and them few.
+    pub(super) fn entries(&self) -> Option<&Compressed> {
+        self.listed.then_some(&self.entries)
+    }
+
+    /// Lists the entries that are not 0, if the program is large and they are few.
+    pub(super) fn list(&mut self) {
+        let all = self.rows * self.cols;
+        self.listed = all >= LARGE && FEW * self.a.iter().filter(|x| **x != 0.0).count() <= all;
+        if self.listed {
+            let (a, stride, cols) = (&self.a, self.stride, self.cols);
+            self.entries.fill(self.rows, cols, |i| {
+                let row = a[i * stride..][..cols].iter().copied().enumerate();
+                row.filter(|(_, x)| *x != 0.0)
+            });
+        }
     }
 
     pub(super) fn load(&mut self, a: &Matrix, b: &[f64], delta: &[f64]) -> Result<(), SetError> {
@@ -109,6 +147,7 @@ impl Program {
                 got,
             });
         }
+        self.listed = false;
         (self.rows, self.cols, self.stride) = (rows, cols, cols.next_multiple_of(LANES).max(LANES));
         self.a.clear();
         self.a.resize(rows * self.stride, 0.0);
@@ -137,18 +176,34 @@ impl Program {
         &self.a[i * self.stride..][..self.stride]
     }
 
+    /// Products of a sum over all of A.
+    fn summed(&self) -> usize {
+        match self.listed {
+            true => self.entries.rows.entries(),
+            false => self.rows * self.stride,
+        }
+    }
+
     /// U(d, y): at least max dᵀξ over the rows. Leaves d − Aᵀy in `v`. d and v are padded to the stride.
     pub(super) fn upper_bound(&self, d: &[f64], y: &[f64], v: &mut [f64]) -> f64 {
+        let entries = self.summed();
         ops::count(
-            self.rows * (self.stride + 3) + 1,
-            self.rows * (self.stride + 3) + 2 * self.stride,
+            entries + 3 * self.rows + 1,
+            entries + 3 * self.rows + 2 * self.stride,
         );
         let size = abs_sum(d);
         let cap = up(size, self.cols);
         v.copy_from_slice(d);
         let (mut core, mut slack, mut weight) = (0.0, 0.0, size);
+        if self.listed {
+            for (i, &y) in y.iter().enumerate().filter(|(_, y)| **y != 0.0) {
+                for (j, a) in self.entries.rows.line(i) {
+                    v[j] -= y * a;
+                }
+            }
+        }
         // Four rows at a time: v is read and written once for all four.
-        let mut i = 0;
+        let mut i = if self.listed { self.rows } else { 0 };
         while i + 4 <= self.rows {
             let rows = &self.a[i * self.stride..][..4 * self.stride];
             let (r0, rest) = rows.split_at(self.stride);
@@ -181,15 +236,22 @@ impl Program {
     /// A lower bound on bᵀy − ‖Aᵀy‖₁ − |y|ᵀδ, rounding charged: if positive, no ξ satisfies the rows.
     pub(super) fn farkas(&self, y: &[f64], v: &mut [f64]) -> f64 {
         // U(0, −y) without its cap, by the same sums with opposite signs.
+        let entries = self.summed();
         ops::count(
-            self.rows * (self.stride + 3) + 1,
-            self.rows * (self.stride + 3) + self.stride,
+            entries + 3 * self.rows + 1,
+            entries + 3 * self.rows + self.stride,
         );
         v.fill(0.0);
         let (mut core, mut weight) = (0.0, 0.0);
         for (i, &y) in y.iter().enumerate() {
-            for (v, &a) in v.iter_mut().zip(self.row(i)) {
-                *v += y * a;
+            if self.listed {
+                for (j, a) in self.entries.rows.line(i).filter(|_| y != 0.0) {
+                    v[j] += y * a;
+                }
+            } else {
+                for (v, &a) in v.iter_mut().zip(self.row(i)) {
+                    *v += y * a;
+                }
             }
             core += y * self.b[i];
             core -= y.abs() * self.delta[i];
@@ -211,16 +273,28 @@ impl Program {
     ///
     /// σ_i = 2γ_{n+2}(|A_i|1 + |b_i|) + 2η. The computed residual is off by at most γ_{n+1}(|A_i|1 + |b_i|).
     pub(super) fn missing(&self, xi: &[f64], reserve: &[f64], residual: &mut List<f64>) -> f64 {
-        ops::count(self.rows * (self.cols + 4), 2 * self.rows * self.cols);
+        let entries = match self.listed {
+            true => self.entries.rows.entries(),
+            false => self.rows * self.cols,
+        };
+        ops::count(entries + 4 * self.rows, 2 * entries);
         residual.clear();
         residual.resize(self.rows, 0.0);
         let (error, sigma) = (gamma(self.cols + 1), 2.0 * gamma(self.cols + 2));
         let mut worst: f64 = f64::NEG_INFINITY;
         for (i, residual) in residual.iter_mut().enumerate() {
             let row = &self.row(i)[..self.cols];
-            let value = row.iter().zip(xi).fold(self.b[i], |s, (&a, &x)| s - a * x);
+            let (value, coefficients) = if self.listed {
+                let line = self.entries.rows.line(i);
+                line.fold((self.b[i], 0.0), |(s, t), (j, a)| {
+                    (s - a * xi[j], t + a.abs())
+                })
+            } else {
+                let terms = row.iter().zip(xi);
+                (terms.fold(self.b[i], |s, (&a, &x)| s - a * x), abs_sum(row))
+            };
             *residual = value;
-            let size = abs_sum(row) + self.b[i].abs();
+            let size = coefficients + self.b[i].abs();
             let kept = reserve.get(i).map_or(0.0, |r| r * self.scale[i]);
             // The distance to δ is rounded by a part of itself: a point at the end of a wide slack is as good as any.
             let over = value.abs() - self.delta[i];

@@ -6,7 +6,8 @@
 //!
 //! with few rows, some more columns, and many directions d over the same rows. [`LinearProgram`]
 //! holds the rows and the direction, each scaled by a power of two (which is exact), and solves with a bounded dual
-//! simplex (`simplex`) that keeps its basis from one direction to the next. What it reports is never
+//! simplex that keeps its basis from one direction to the next: on a tableau (`simplex`), or, where rows are many and have
+//! few entries, taken apart (`parts`) and on an inverse of the basis (`revised`). What it reports is never
 //! the simplex's own objective: it is a bound computed from the multipliers y alone (`certificate`),
 //! valid for any y, so a bad pivot, drift or an early stop can only make it wider.
 //!
@@ -16,14 +17,19 @@
 //! The box makes every basis dual feasible once the nonbasic variables stand on the right side, so
 //! there is no first phase and every iterate carries a usable y.
 
+mod breakpoints;
 mod certificate;
+mod compressed;
+mod parts;
+mod revised;
 mod second_opinion;
 mod simplex;
 
 use crate::matrix::abs_sum;
 use crate::{List, Matrix, SetError, ops, rounding};
 use certificate::{Program, row_scale};
-use simplex::{FEASIBLE, Outcome, STRICT, Simplex};
+use parts::{Ended, Parts};
+use simplex::{FEASIBLE, STRICT};
 
 /// Work done by a [`LinearProgram`] since it was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -74,7 +80,7 @@ pub struct Maximum {
 #[derive(Clone, Debug, Default)]
 pub struct LinearProgram {
     program: Program,
-    simplex: Simplex,
+    parts: Parts,
     multipliers: List<f64>,
     /// d − Aᵀy, one entry a column.
     residual: List<f64>,
@@ -100,22 +106,27 @@ impl LinearProgram {
     /// Fails if the shapes differ, a coefficient is not finite, or a δ is negative.
     pub fn load(&mut self, a: &Matrix, b: &[f64], delta: &[f64]) -> Result<(), SetError> {
         self.program.load(a, b, delta)?;
-        self.simplex.start(&self.program);
+        self.program.list();
         self.resize();
+        self.proved_empty = self.parts.start(&self.program);
         Ok(())
     }
 
     /// As [`LinearProgram::load`], but starts from the basis of the rows held before, where it fits:
-    /// for the next step of a recursion, whose rows have the same shape and similar coefficients.
+    /// for the next step of a recursion, whose rows have the same shape and similar coefficients. Large programs with
+    /// few entries start anew.
     pub fn load_warm(&mut self, a: &Matrix, b: &[f64], delta: &[f64]) -> Result<(), SetError> {
         let same_shape = (self.program.rows(), self.program.cols()) == (a.rows(), a.cols());
         self.program.load(a, b, delta)?;
-        if same_shape {
-            self.work.pivots += self.simplex.rebuild(&self.program);
-        } else {
-            self.simplex.start(&self.program);
-        }
+        self.program.list();
         self.resize();
+        if same_shape {
+            let (empty, pivots) = self.parts.start_warm(&self.program);
+            self.work.pivots += pivots;
+            self.proved_empty = empty;
+        } else {
+            self.proved_empty = self.parts.start(&self.program);
+        }
         Ok(())
     }
 
@@ -182,23 +193,22 @@ impl LinearProgram {
                 optimal: true,
             });
         }
-        let mut outcome = self.solve(FEASIBLE);
+        let mut optimal = self.solve(FEASIBLE).optimal;
         if self.proved_empty {
             return Err(SetError::Empty { op: OP });
         }
         let mut upper = self.certified();
         // Drift shows as a gap between the certified bound and the value at the vertex: rebuild, once.
-        let gap = upper - self.simplex.objective(&self.direction);
+        let gap = upper - self.parts.objective(&self.direction);
         let closed = gap <= REBUILD_GAP * (1.0 + upper.abs());
-        if !closed && self.simplex.aged() {
+        if !closed && self.parts.aged() {
             self.rebuild();
-            outcome = self.solve(FEASIBLE);
+            optimal = self.solve(FEASIBLE).optimal;
             if self.proved_empty {
                 return Err(SetError::Empty { op: OP });
             }
             upper = upper.min(self.certified());
         }
-        let optimal = outcome == Outcome::Optimal && self.simplex.complete();
         if !optimal {
             self.work.unfinished += 1;
             ops::unfinished();
@@ -210,26 +220,19 @@ impl LinearProgram {
         })
     }
 
-    /// Runs the simplex on `direction`; a row that no point satisfies is tried as a proof of emptiness
-    /// and otherwise set aside for the rest of this program.
-    fn solve(&mut self, tolerance: f64) -> Outcome {
-        if self.simplex.tired() {
-            self.rebuild();
-        }
-        self.simplex.aim(&self.direction);
-        loop {
-            let (outcome, pivots) = self.simplex.run(&self.direction, tolerance);
-            self.work.pivots += pivots;
-            let Outcome::Infeasible { row } = outcome else {
-                return outcome;
-            };
-            self.simplex.farkas(row, &mut self.multipliers);
-            if self.program.farkas(&self.multipliers, &mut self.residual) > 0.0 {
-                self.proved_empty = true;
-                return outcome;
-            }
-            self.simplex.set_aside(row);
-        }
+    /// Runs the simplex on `direction`.
+    fn solve(&mut self, tolerance: f64) -> Ended {
+        let ended = self.parts.solve(
+            &self.program,
+            &self.direction,
+            tolerance,
+            &mut self.multipliers,
+            &mut self.residual,
+        );
+        self.work.pivots += ended.pivots;
+        self.work.rebuilds += ended.rebuilds;
+        self.proved_empty |= ended.empty;
+        ended
     }
 
     /// The bound by the interior-point solver's multipliers for the present direction, +∞ if it fails.
@@ -276,19 +279,24 @@ impl LinearProgram {
     }
 
     fn rebuild(&mut self) {
-        self.work.pivots += self.simplex.rebuild(&self.program);
+        self.work.pivots += self.parts.rebuild(&self.program);
         self.work.rebuilds += 1;
     }
 
     /// The certified bound from the simplex's multipliers, refined once if its basis has drifted.
     fn certified(&mut self) -> f64 {
-        self.simplex.multipliers(&mut self.multipliers);
+        self.parts
+            .multipliers(&self.program, &self.direction, &mut self.multipliers);
         let (upper, defect) = self.bound();
         if defect <= REFINE_DEFECT * (1.0 + upper.abs()) {
             return upper;
         }
-        self.simplex
-            .refine_multipliers(&self.residual, &mut self.multipliers);
+        self.parts.refine_multipliers(
+            &self.program,
+            &self.direction,
+            &self.residual,
+            &mut self.multipliers,
+        );
         upper.min(self.bound().0)
     }
 
@@ -298,7 +306,7 @@ impl LinearProgram {
         let upper =
             self.program
                 .upper_bound(&self.direction, &self.multipliers, &mut self.residual);
-        (upper, self.simplex.basic_abs_sum(&self.residual))
+        (upper, self.parts.basic_abs_sum(&self.residual))
     }
 
     /// The upper bound on max dᵀξ that the multipliers `y` prove, whoever found them: one a row, in the
@@ -325,20 +333,30 @@ impl LinearProgram {
     /// Whether { |ξ| ≤ 1, |Aξ − b| ≤ δ } is empty: by a certified Farkas vector, by a verified point, or
     /// undecided.
     pub fn emptiness(&mut self) -> Emptiness {
-        self.emptiness_with_reserve(&[])
-    }
-
-    /// As [`LinearProgram::emptiness`], but a point counts only if it keeps |Aξ − b| + reserve ≤ δ + σ.
-    pub(crate) fn emptiness_with_reserve(&mut self, reserve: &[f64]) -> Emptiness {
-        if self.cols() == 0 {
-            return self.emptiness_of_constants(reserve);
-        }
-        let mut margin = match self.point_with_reserve(reserve) {
+        let margin = match self.point_with_reserve(&[]) {
             Emptiness::Undecided { margin } => margin,
             decided => return decided,
         };
+        match self.emptiness_by_second_opinion(&[]) {
+            Emptiness::Undecided { margin: other } => Emptiness::Undecided {
+                margin: margin.min(other),
+            },
+            decided => decided,
+        }
+    }
+
+    /// As [`LinearProgram::emptiness`], by the interior-point solver alone; a point counts only if it keeps
+    /// |Aξ − b| + reserve ≤ δ + σ.
+    ///
+    /// Of no objective: its points are then far from all ends, where there is most to keep in reserve.
+    pub(crate) fn emptiness_by_second_opinion(&mut self, reserve: &[f64]) -> Emptiness {
+        let mut margin = f64::INFINITY;
+        if self.cols() == 0 {
+            return Emptiness::Undecided { margin };
+        }
         self.work.fallbacks += 1;
         ops::fallback();
+        self.direction.fill(0.0);
         if let Some(opinion) = second_opinion::consult(&self.program, &self.direction) {
             if opinion.infeasible
                 && self
@@ -350,18 +368,18 @@ impl LinearProgram {
                 return Emptiness::Empty;
             }
             let point: List<f64> = opinion.point.iter().map(|x| x.clamp(-1.0, 1.0)).collect();
-            let missing = self
+            margin = self
                 .program
                 .missing(&point, reserve, &mut self.row_residual);
-            if missing <= 0.0 {
+            if margin <= 0.0 {
                 return Emptiness::NonEmpty(point);
             }
-            margin = margin.min(missing);
         }
         Emptiness::Undecided { margin }
     }
 
-    /// As [`LinearProgram::emptiness_with_reserve`], by the simplex alone.
+    /// As [`LinearProgram::emptiness`], by the simplex alone; a point counts only if it keeps
+    /// |Aξ − b| + reserve ≤ δ + σ.
     pub(crate) fn point_with_reserve(&mut self, reserve: &[f64]) -> Emptiness {
         if self.cols() == 0 {
             return self.emptiness_of_constants(reserve);
@@ -384,15 +402,15 @@ impl LinearProgram {
             if tolerance == STRICT {
                 self.rebuild();
             }
-            let outcome = self.solve(tolerance);
+            let ended = self.solve(tolerance);
             if self.proved_empty {
                 return Emptiness::Empty;
             }
-            if outcome != Outcome::Optimal {
+            if ended.capped {
                 self.work.unfinished += 1;
                 ops::unfinished();
             }
-            self.simplex.point(&mut self.point);
+            self.parts.point(&self.direction, &mut self.point);
             for _ in 0..3 {
                 let missing = self
                     .program
@@ -401,8 +419,7 @@ impl LinearProgram {
                 if missing <= 0.0 {
                     return Emptiness::NonEmpty(self.point.clone());
                 }
-                self.simplex
-                    .refine_point(&self.row_residual, &mut self.point);
+                self.parts.refine_point(&self.row_residual, &mut self.point);
             }
         }
         Emptiness::Undecided { margin }
@@ -445,7 +462,7 @@ impl LinearProgram {
     /// The point ξ that the simplex ended with: a vertex up to rounding, clamped to |ξ| ≤ 1. Not a proof
     /// of anything; [`LinearProgram::emptiness`] verifies its point.
     pub fn point(&mut self) -> &[f64] {
-        self.simplex.point(&mut self.point);
+        self.parts.point(&self.direction, &mut self.point);
         &self.point
     }
 }

@@ -26,6 +26,7 @@
 //! made wrong is mended by further steps, perturbed less if they stall again. A cap ends what rounding may still
 //! prolong.
 
+use super::breakpoints::{Breakpoint, PIVOT, collect, crossing, step_limit};
 use super::certificate::{LANES, Program};
 use crate::{List, ops};
 
@@ -35,29 +36,20 @@ pub(super) const FEASIBLE: f64 = 1e-11;
 /// The same where a point or a proof of emptiness is sought: a few roundings.
 pub(super) const STRICT: f64 = 1e-15;
 
-/// The smallest pivot.
-const PIVOT: f64 = 1e-10;
-
 /// Slacks of a smaller range are treated as fixed: they are within the feasibility tolerance.
-const FREE_SLACK: f64 = 1e-10;
+pub(super) const FREE_SLACK: f64 = 1e-10;
 
 /// A pivot smaller than this, relative to the largest candidate, is passed over for an earlier breakpoint.
-const WEAK: f64 = 1e-6;
-
-/// The part of `x` above 0, which is never −0: [`f64::max`] leaves the sign of zero open.
-#[inline]
-fn positive(x: f64) -> f64 {
-    if x > 0.0 { x } else { 0.0 }
-}
+pub(super) const WEAK: f64 = 1e-6;
 
 /// Pivots after which the tableau is rebuilt before the next program.
-const TIRED: u64 = 400;
+pub(super) const TIRED: u64 = 400;
 
 /// Pivots without progress after which the smallest-index rule takes over.
-const STALLED: usize = 30;
+pub(super) const STALLED: usize = 30;
 
 /// Pivots without progress after which the objective is perturbed: the smallest-index rule has not ended it soon.
-const STUCK: usize = 60;
+pub(super) const STUCK: usize = 60;
 
 /// By how much a reduced cost is moved, as a share of the largest objective coefficient: the least of it, at
 /// the first perturbation of a program and at the later ones.
@@ -75,15 +67,6 @@ pub(super) enum Outcome {
     },
     /// The cap on pivots was reached.
     Capped,
-}
-
-/// A breakpoint of the ratio test: the dual step at which the reduced cost of a column vanishes.
-#[derive(Clone, Copy, Debug, Default)]
-struct Breakpoint {
-    step: f64,
-    /// 2·range_j·a_j.
-    fall: f64,
-    column: usize,
 }
 
 /// The tableau and the state of its variables. Variables 0..n are ξ, n.. are the slacks.
@@ -694,128 +677,4 @@ fn dot4(a: &[f64], b: &[f64]) -> f64 {
         }
     }
     (lanes[0] + lanes[1]) + (lanes[2] + lanes[3])
-}
-
-/// A dual step that, going by a sample of the columns, a little more than reaches `excess`.
-fn step_limit(slope: &[f64], gap: &[f64], range: &[f64], excess: f64) -> f64 {
-    const SAMPLE: usize = 16;
-    let n = slope.len();
-    if n < SAMPLE {
-        return f64::INFINITY;
-    }
-    let mut steps = [f64::INFINITY; SAMPLE];
-    let (mut count, mut total) = (0, 0.0);
-    for k in 0..SAMPLE {
-        let j = k * n / SAMPLE;
-        if slope[j] > PIVOT {
-            steps[count] = positive(gap[j]) / slope[j];
-            total += 2.0 * range[j] * slope[j];
-            count += 1;
-        }
-    }
-    // The share of all candidates wanted: twice what a uniform spread would need, and one more.
-    let needed = excess * SAMPLE as f64 / n as f64;
-    let share = 2.0 * needed / total * count as f64;
-    // Also where the sample has no candidate of a range: then the quotient is infinite or NaN.
-    if share.is_nan() || share + 1.0 >= count as f64 {
-        return f64::INFINITY;
-    }
-    let rank = share as usize + 1;
-    let steps = &mut steps[..count];
-    for i in 1..count {
-        let mut k = i;
-        while k > 0 && steps[k] < steps[k - 1] {
-            steps.swap(k, k - 1);
-            k -= 1;
-        }
-    }
-    steps[rank]
-}
-
-/// Packs the columns that can enter within the dual step `limit` into `points`; their number and total
-/// fall.
-fn collect(
-    slope: &[f64],
-    gap: &[f64],
-    range: &[f64],
-    limit: f64,
-    points: &mut [Breakpoint],
-) -> (usize, f64) {
-    let mut count = 0;
-    for (j, (&a, &g)) in slope.iter().zip(gap).enumerate() {
-        points[count].column = j;
-        // limit·a is NaN at worst for a = 0, which is no candidate.
-        count += usize::from((a > PIVOT) & (g <= limit * a));
-    }
-    let mut total = 0.0;
-    for p in &mut points[..count] {
-        let j = p.column;
-        p.step = positive(gap[j]) / slope[j];
-        p.fall = 2.0 * range[j] * slope[j];
-        total += p.fall;
-    }
-    (count, total)
-}
-
-/// Orders the breakpoints so that those before the returned position have smaller or equal steps, and
-/// the falls up to and including it are the first to reach `excess`. Weighted selection: expected linear
-/// time, no sort. The falls of all together reach `excess`, up to rounding.
-fn crossing(points: &mut [Breakpoint], mut excess: f64) -> usize {
-    let (mut low, mut high) = (0, points.len());
-    while high - low > 12 {
-        let (a, b, c) = (
-            points[low].step,
-            points[(low + high) / 2].step,
-            points[high - 1].step,
-        );
-        let pivot = a.max(b).min(a.min(b).max(c));
-        let (less, below) = partition(&mut points[low..high], |step| step < pivot);
-        if less > 0 {
-            if below >= excess {
-                high = low + less;
-            } else {
-                excess -= below;
-                low += less;
-            }
-            continue;
-        }
-        // The pivot is the least step: take all that share it.
-        let (equal, below) = partition(&mut points[low..high], |step| step <= pivot);
-        if below >= excess || equal == high - low || equal == 0 {
-            high = low + equal.max(1);
-            break;
-        }
-        excess -= below;
-        low += equal;
-    }
-    // Few are left, or all their steps are equal: take the least again and again; of equal steps the
-    // steeper later, so that a steep one enters.
-    for at in low..high {
-        let mut least = at;
-        for k in at + 1..high {
-            let (p, q) = (points[k], points[least]);
-            if p.step < q.step || (p.step == q.step && p.fall < q.fall) {
-                least = k;
-            }
-        }
-        points.swap(at, least);
-        excess -= points[at].fall;
-        if excess <= 0.0 {
-            return at;
-        }
-    }
-    high - 1
-}
-
-/// Brings the breakpoints whose step satisfies `first` to the front; their number and total fall.
-fn partition(points: &mut [Breakpoint], first: impl Fn(f64) -> bool) -> (usize, f64) {
-    let (mut count, mut total) = (0, 0.0);
-    for i in 0..points.len() {
-        if first(points[i].step) {
-            total += points[i].fall;
-            points.swap(i, count);
-            count += 1;
-        }
-    }
-    (count, total)
 }
