@@ -73,6 +73,9 @@ impl Hash {
             volume,
             lp_count,
             pivots,
+            // What they did is in the bits of the set.
+            unfinished: _,
+            fallbacks: _,
         } = belief.size();
         self.optional(n_generators, Self::count);
         self.optional(n_constraints, Self::count);

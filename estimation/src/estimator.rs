@@ -50,6 +50,10 @@ pub struct Size {
     pub lp_count: usize,
     /// Pivots of those programs.
     pub pivots: usize,
+    /// Those programs in which the simplex gave up before its optimum.
+    pub unfinished: usize,
+    /// Those that were given to the interior-point solver besides, whose bits may depend on the processor.
+    pub fallbacks: usize,
 }
 
 /// A number that one kind of belief has and others have not: its name, unique within the kind, and its

@@ -239,6 +239,8 @@ impl Belief for ConstrainedBelief {
             radius: radius(self.interval_hull().as_ref()),
             lp_count: self.work.programs as usize,
             pivots: self.work.pivots as usize,
+            unfinished: self.work.unfinished as usize,
+            fallbacks: self.work.fallbacks as usize,
             ..Size::default()
         }
     }

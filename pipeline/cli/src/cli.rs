@@ -1161,6 +1161,10 @@ fn verify(lake: &Path) -> Result<u8, Error> {
         1 => format!("1 fault in {files} files\n"),
         n => format!("{n} faults in {files} files\n"),
     };
+    if findings.is_empty() {
+        let remarks = lake::given_up(lake, &lake::read_manifest(lake)?)?;
+        out.extend(remarks.iter().map(|f| format!("{}: {}\n", f.path, f.what)));
+    }
     print(&out)?;
     Ok(u8::from(!findings.is_empty()))
 }

@@ -454,7 +454,7 @@ pub fn violations(lake: &Path, entries: &[Entry]) -> Result<Vec<Finding>, Error>
         })?;
         let estimates = table_path("estimates", paper, experiment);
         let mut empty = Places::new();
-        if may_differ(&lake.join(&estimates), "status", "ok")? {
+        if may_differ(&lake.join(&estimates), "status", b"ok")? {
             table::for_each::<rows::Estimate>(&lake.join(&estimates), |e| {
                 if &*e.status == "inconsistent" && guaranteed.contains(&e.estimator) {
                     note(&mut empty, e.estimator, e.run, e.k);
@@ -498,8 +498,35 @@ fn broken(
     }
 }
 
-/// Whether a text column may hold anything but `value`, by the statistics in the file's footer.
-fn may_differ(path: &Path, column: &str, value: &str) -> Result<bool, Error> {
+/// Where the simplex gave up, and where the interior-point solver was asked: what such sets are may depend on the
+/// processor. One remark an estimator.
+pub fn given_up(lake: &Path, entries: &[Entry]) -> Result<Vec<Finding>, Error> {
+    let mut findings = Vec::new();
+    let none = 0_i64.to_le_bytes();
+    for entry in entries.iter().filter(|e| e.table == "beliefs") {
+        let path = lake.join(&entry.path);
+        if !may_differ(&path, "unfinished", &none)? && !may_differ(&path, "fallbacks", &none)? {
+            continue;
+        }
+        let mut of = BTreeMap::<table::Name, (i64, i64)>::new();
+        table::for_each::<rows::Belief>(&path, |b| {
+            if b.unfinished != 0 || b.fallbacks != 0 {
+                let sums = of.entry(b.estimator).or_default();
+                *sums = (sums.0 + b.unfinished, sums.1 + b.fallbacks);
+            }
+        })?;
+        findings.extend(of.into_iter().map(|(estimator, (unfinished, fallbacks))| Finding {
+            path: entry.path.clone(),
+            what: format!(
+                "{estimator}: the simplex gave up on {unfinished} programs, the interior-point solver was asked {fallbacks} times"
+            ),
+        }));
+    }
+    Ok(findings)
+}
+
+/// Whether a column may hold anything but `value`, by the statistics in the file's footer.
+fn may_differ(path: &Path, column: &str, value: &[u8]) -> Result<bool, Error> {
     let file = fs::File::open(path).map_err(|e| Error::io("open", path, e))?;
     let reader = parquet::file::serialized_reader::SerializedFileReader::new(file)
         .map_err(|e| Error::parquet(path, e))?;
@@ -512,7 +539,7 @@ fn may_differ(path: &Path, column: &str, value: &str) -> Result<bool, Error> {
         let Some(statistics) = chunk.and_then(|c| c.statistics()) else {
             return true;
         };
-        [statistics.min_bytes_opt(), statistics.max_bytes_opt()] != [Some(value.as_bytes()); 2]
+        [statistics.min_bytes_opt(), statistics.max_bytes_opt()] != [Some(value); 2]
     }))
 }
 
@@ -670,7 +697,8 @@ mod tests {
 
     /// A lake of one experiment with a guaranteed and another estimator, whose last step has this status
     /// and this verdict of the judge.
-    fn violations_of(status: &str, contains: Option<bool>) -> Vec<String> {
+    /// A lake of one experiment, whose guaranteed estimator ends with `status` and `contains`.
+    fn one_experiment(status: &str, contains: Option<bool>) -> (tempfile::TempDir, Entry) {
         let lake = tempfile::tempdir().unwrap();
         let place = |table: &str| {
             let path = lake.path().join(table_path(table, "p", "e"));
@@ -718,6 +746,8 @@ mod tests {
             contains_truth: contains,
             lp_count: 0,
             pivots: 0,
+            unfinished: i64::from(contains == Some(true)),
+            fallbacks: 0,
         });
         table::write(&place("beliefs"), beliefs, &meta).unwrap();
         let entry = Entry {
@@ -729,8 +759,29 @@ mod tests {
             schema_version: None,
             key: String::new(),
         };
+        (lake, entry)
+    }
+
+    fn violations_of(status: &str, contains: Option<bool>) -> Vec<String> {
+        let (lake, entry) = one_experiment(status, contains);
         let found = violations(lake.path(), &[entry]).unwrap();
         found.into_iter().map(|f| f.what).collect()
+    }
+
+    #[test]
+    fn programs_that_were_given_up_are_told_by_estimator() {
+        let told = |contains| {
+            let (lake, entry) = one_experiment("ok", contains);
+            let found = given_up(lake.path(), &[entry]).unwrap();
+            found.into_iter().map(|f| f.what).collect::<Vec<_>>()
+        };
+        assert!(told(None).is_empty());
+        let of = |estimator| {
+            format!(
+                "{estimator}: the simplex gave up on 1 programs, the interior-point solver was asked 0 times"
+            )
+        };
+        assert_eq!(told(Some(true)), [of("other"), of("proved")]);
     }
 
     #[test]

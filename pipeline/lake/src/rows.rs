@@ -89,6 +89,8 @@ table! {
         contains_truth: Option<bool>, "1", "true if the truth is in the set, false if certainly outside, null if unknown";
         lp_count: i64, "1", "linear programs solved for this belief";
         pivots: i64, "1", "simplex pivots of those programs";
+        unfinished: i64, "1", "those programs in which the simplex gave up before its optimum; their bounds hold all the same";
+        fallbacks: i64, "1", "those programs that were given to the interior-point solver besides; its bits may depend on the processor";
     }
 }
 

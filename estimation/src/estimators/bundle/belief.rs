@@ -127,6 +127,8 @@ impl Belief for PolytopeBelief {
             radius: Some(self.hull.rad().iter().copied().fold(0.0, f64::max)),
             lp_count: self.work.programs as usize,
             pivots: self.work.pivots as usize,
+            unfinished: self.work.unfinished as usize,
+            fallbacks: self.work.fallbacks as usize,
             ..Size::default()
         }
     }

@@ -698,6 +698,8 @@ impl<'a> Judged<'a> {
             contains_truth: contains,
             lp_count: size.lp_count as i64,
             pivots: size.pivots as i64,
+            unfinished: size.unfinished as i64,
+            fallbacks: size.fallbacks as i64,
         });
         let reported = phase == self.estimator.reported_phase();
         // Innovations are known after a measurement, whichever phase is reported.
