@@ -131,6 +131,14 @@ within = "cz"
 [[metric]]
 name = "boundary"
 level = 0.25
+[[metric]]
+name = "nees"
+[[metric]]
+name = "nis"
+[[metric]]
+name = "coverage"
+[[metric]]
+name = "crps"
 "#;
 
 /// A vehicle whose unit of length is `s` metres.
@@ -220,7 +228,8 @@ fn unit(metric: &Metric, units: &[f64]) -> Option<f64> {
     };
     let name = match &*metric.metric {
         "rmse_over" => return Some(1.0),
-        name => name,
+        // The bounds that stand beside a metric are in its unit.
+        name => name.trim_end_matches("_lo").trim_end_matches("_hi"),
     };
     let info = METRICS.iter().find(|info| info.name == name).unwrap();
     match (name, &metric.component) {
