@@ -21,7 +21,7 @@ review:
         echo "just review needs cargo-insta: cargo install --locked cargo-insta" >&2
         exit 1
     fi
-    CI= INSTA_UPDATE=new INSTA_FORCE_PASS=1 cargo test --workspace --test snapshots
+    CI= INSTA_UPDATE=new INSTA_FORCE_PASS=1 cargo test --package zonobench --test snapshots
     # cargo-insta looks below the folders of packages, and snapshots/ is beside them: a package that says it is there.
     package=$(mktemp -d)
     trap 'rm -rf "$package"' EXIT
