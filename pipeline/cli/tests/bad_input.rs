@@ -284,7 +284,7 @@ fn a_file_that_is_no_experiment_is_refused() {
     run("empty.toml").says(&["empty.toml: expected an experiment, got an empty file"]);
     run("blank.toml").says(&["blank.toml: expected an experiment, got an empty file"]);
     run("syntax.toml").says(&["syntax.toml:2: "]);
-    run("latin.toml").says(&["latin.toml: expected a TOML file, got", "UTF-8"]);
+    run("latin.toml").says(&["latin.toml: expected UTF-8 text, got other bytes"]);
     run("missing.toml").says(&["missing.toml: expected a TOML file, got", "No such file"]);
     run(".").says(&["expected a TOML file, got", "directory"]);
     assert!(!folder.path("lake").exists());

@@ -178,8 +178,8 @@ fn one_setting_of_one_estimator_runs_what_reads_it() {
         [
             "simulate",
             "estimate/kf",
-            "trace/kf",
             "estimate/box",
+            "trace/kf",
             "trace/box"
         ]
     );

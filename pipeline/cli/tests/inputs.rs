@@ -216,7 +216,10 @@ fn seeds(folder: &Folder) -> Vec<Seed> {
     };
     let papers = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments");
     let mut files: Vec<PathBuf> = program::files_below(&papers);
-    files.retain(|file| file.extension().is_some_and(|e| e == "toml"));
+    // `figures.toml` tells of pictures.
+    files.retain(|file| {
+        file.extension().is_some_and(|e| e == "toml") && !file.ends_with("figures.toml")
+    });
     for file in files {
         let text = std::fs::read(&file).unwrap();
         let name = file.file_name().unwrap().to_str().unwrap();
