@@ -430,7 +430,8 @@ impl Panel {
             pixels(left),
             pixels(top)
         ));
-        let (x_ticks, y_ticks) = (x.ticks(X_SPACING), y.ticks(Y_SPACING));
+        let (mut x_ticks, y_ticks) = (x.ticks(X_SPACING), y.ticks(Y_SPACING));
+        thin_out(&x, &mut x_ticks);
         grid(body, (&x, &x_ticks), (&y, &y_ticks), size);
         for series in &self.series {
             series.draw(body, &x, &y);
@@ -481,6 +482,32 @@ fn grid(body: &mut String, x: (&Scale, &[Tick]), y: (&Scale, &[Tick]), size: [f6
         path.lines_to(&[[size[0], at]]);
     }
     stroke(body, &path.finish(), GRID, "1", "");
+}
+
+/// Takes labels off ticks below an axis, evenly, until no two of them touch.
+fn thin_out(x: &Scale, ticks: &mut [Tick]) {
+    let labelled: Vec<usize> = (0..ticks.len())
+        .filter(|&i| ticks[i].label.is_some() && x.pixel(ticks[i].value).is_some())
+        .collect();
+    let room: Vec<(f64, f64)> = labelled
+        .iter()
+        .map(|&i| {
+            let at = x.pixel(ticks[i].value).unwrap_or_default();
+            let label = ticks[i].label.as_deref().unwrap_or_default();
+            let half = text_width(label, TICK_LABEL) / 2.0;
+            (at - half, at + half)
+        })
+        .collect();
+    let free = |every: usize| {
+        let kept: Vec<_> = room.iter().step_by(every).collect();
+        kept.windows(2).all(|pair| pair[0].1 + 4.0 <= pair[1].0)
+    };
+    let every = (1..=room.len()).find(|&every| free(every)).unwrap_or(1);
+    for (n, &i) in labelled.iter().enumerate() {
+        if n % every != 0 {
+            ticks[i].label = None;
+        }
+    }
 }
 
 /// The two axes with their ticks and labels.

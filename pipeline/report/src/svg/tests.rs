@@ -188,3 +188,23 @@ fn nothing_to_draw_is_drawn_all_the_same() {
         assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN"));
     }
 }
+
+#[test]
+fn long_labels_below_a_narrow_panel_do_not_touch() {
+    let narrow = || panel(vec![line("x", vec![[-0.008_865, 0.0], [-0.008_855, 1.0]])]);
+    let svg = figure(vec![narrow(), narrow(), narrow()]).to_svg();
+    let label = |text: &str| -> Option<(f64, String)> {
+        let x = text.split('"').nth(1)?.parse().ok()?;
+        let says = text.split('>').nth(1)?.split('<').next()?;
+        (text.contains("10.5") && text.contains("middle")).then(|| (x, says.to_owned()))
+    };
+    let labels: Vec<_> = svg.split("<text ").filter_map(label).collect();
+    assert!(labels.len() > 3, "{labels:?}");
+    for pair in labels.windows(2).filter(|pair| pair[0].0 < pair[1].0) {
+        let half = |l: &(f64, String)| text_width(&l.1, TICK_LABEL) / 2.0;
+        assert!(
+            pair[0].0 + half(&pair[0]) < pair[1].0 - half(&pair[1]),
+            "{pair:?}"
+        );
+    }
+}
