@@ -182,6 +182,12 @@ impl EstimationError {
     }
 }
 
+/// k − 1. Fails for k = 0: nothing comes before the prior.
+pub(crate) fn before(k: usize) -> Result<usize, EstimationError> {
+    k.checked_sub(1)
+        .ok_or_else(|| EstimationError::setting("predict", "k", "1 or more", k))
+}
+
 /// Fails unless `v` has `n` entries, all finite.
 pub(crate) fn finite_vector(
     what: &'static str,

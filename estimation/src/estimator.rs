@@ -137,7 +137,7 @@ pub trait Estimator: Send + Sync {
         let _ = run;
         self.prior()
     }
-    /// From the (updated, reduced) belief at k − 1 to the predicted one at `k`; `u_prev` is u_{k−1}.
+    /// From the (updated, reduced) belief at k − 1 to the predicted one at `k`, which is 1 or more; `u_prev` is u_{k−1}.
     fn predict(
         &self,
         k: usize,

@@ -281,6 +281,19 @@ fn wrong_inputs_and_measurements_are_errors_that_say_so() {
 }
 
 #[test]
+fn nothing_comes_before_the_prior() {
+    for settings in all() {
+        let estimator = AnyEstimator::new(&settings, &problem()).unwrap();
+        let (inputs, _) = data(1);
+        // A filter that does not ask for the step may answer; none may panic.
+        if let Err(error) = estimator.predict(0, &estimator.prior(), &inputs[0]) {
+            let expected = "predict: `k` must be 1 or more, got 0";
+            assert_eq!(error.to_string(), expected, "{settings:?}");
+        }
+    }
+}
+
+#[test]
 fn a_belief_of_another_estimator_is_refused() {
     let estimators: Vec<AnyEstimator> = all()
         .iter()

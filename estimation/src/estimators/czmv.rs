@@ -4,6 +4,7 @@
 use super::measurement::MeasurementSettings;
 use super::scale::{InUnits, Scale, Units, divided_box};
 use super::set_membership::{ConstrainedBelief, Model};
+use crate::error::before;
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::propagation::{Choice, Expansion, Remainder, first_order, mean_value};
 use crate::{AnySystem, EstimationError, Problem, System};
@@ -197,7 +198,7 @@ impl<Y: System> ConstrainedFilter<Y> {
         u: &[f64],
         extension: impl Extension,
     ) -> Result<ConstrainedBelief, EstimationError> {
-        let f = self.model.dynamics(k - 1, u)?;
+        let f = self.model.dynamics(before(k)?, u)?;
         let mut lp = LinearProgram::new();
         let hull = belief
             .hull()

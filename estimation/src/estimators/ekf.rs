@@ -4,6 +4,7 @@ use super::innovation::Innovation;
 use super::kalman::{Gaussian, Innovated};
 use super::linear_output::{complement, congruence};
 use super::moments::Model;
+use crate::error::before;
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::{EstimationError, Problem};
 use serde::{Deserialize, Serialize};
@@ -77,7 +78,7 @@ impl Estimator for Ekf {
         let model = &self.model;
         model.check_input(u_prev)?;
         let at = List::concat(&[&belief.mean, &model.w.mean]);
-        let j = jacobian(&model.motion(k - 1, u_prev), &at);
+        let j = jacobian(&model.motion(before(k)?, u_prev), &at);
         let numbers = j.value.iter().chain(j.as_slice()).copied();
         model.defined(k, "f or its derivative", numbers)?;
         let n = model.n();

@@ -11,7 +11,7 @@
 use super::innovation::{Innovation, Range};
 use super::linear_output::{LinearOutput, complement, congruence};
 use super::scale::{Scale, Units};
-use crate::error::finite_vector;
+use crate::error::{before, finite_vector};
 use crate::estimator::{Belief, Containment, Measurement, Shape, Size, box_contains};
 use crate::system::Embedding;
 use crate::{EstimationError, Problem, System};
@@ -258,7 +258,7 @@ impl<Y: System> MixedModel<Y> {
             .system
             .quasi_lpv()
             .expect("checked when the filter was made");
-        form.embed(k - 1, &over)
+        form.embed(before(k)?, &over)
     }
 
     /// A₀ c + B u + (mean of w).

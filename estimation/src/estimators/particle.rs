@@ -3,6 +3,7 @@
 use super::kalman::{Gaussian, Innovated};
 use super::linear_output::congruence;
 use super::moments::{Model, difference};
+use crate::error::before;
 use crate::estimator::{Belief, Containment, Estimator, Extra, Measurement, Phase, Shape, Size};
 use crate::random::{Draws, MAX_COMPONENTS, Purpose};
 use crate::{EstimationError, Problem};
@@ -305,7 +306,7 @@ impl Estimator for Particle {
             }
             false => ((0..count).collect(), belief.weights.clone()),
         };
-        let f = model.motion(k - 1, u_prev);
+        let f = model.motion(before(k)?, u_prev);
         let mut draws = self.draws(Purpose::ParticleW, belief.run);
         let mut points = Matrix::zeros(count, n);
         let mut drawn = List::filled(0.0, model.w.mean.len());

@@ -3,6 +3,7 @@
 use super::innovation::gain;
 use super::kalman::{Gaussian, Innovated};
 use super::moments::Model;
+use crate::error::before;
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::{EstimationError, Problem};
 use serde::{Deserialize, Serialize};
@@ -203,7 +204,7 @@ impl Estimator for Ukf {
         model.check_input(u_prev)?;
         let factor = Scaled::new(&belief.covariance).factor();
         let images = self.images(
-            &model.motion(k - 1, u_prev),
+            &model.motion(before(k)?, u_prev),
             (&belief.mean, &factor),
             (&model.w.mean, &self.w),
             |i, a, b| model.difference_x(i, a, b),

@@ -3,6 +3,7 @@
 use super::measurement::MeasurementSettings;
 use super::scale::{Scale, Units};
 use super::set_membership::{Model, ZonotopeBelief};
+use crate::error::before;
 use crate::estimator::{Estimator, Measurement, Phase};
 use crate::propagation::{Dynamics, zonotope_first_order, zonotope_mean_value};
 use crate::{AnySystem, EstimationError, Problem, System};
@@ -121,7 +122,7 @@ impl<Y: System> ZonotopeFilter<Y> {
         u: &[f64],
         extension: impl Fn(&Dynamics<Y>, &Zonotope, &Zonotope) -> Result<Zonotope, SetError>,
     ) -> Result<Zonotope, EstimationError> {
-        let f = self.model.dynamics(k - 1, u)?;
+        let f = self.model.dynamics(before(k)?, u)?;
         extension(&f, set, &self.w)
             .and_then(|image| without_zero_columns(&image))
             .map_err(EstimationError::at(k, "prediction"))

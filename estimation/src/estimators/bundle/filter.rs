@@ -3,7 +3,7 @@
 use super::belief::{Equation, NoiseArgument, PolytopeBelief, Side};
 use super::image::{Coordinates, beside, image, intersection, lift};
 use super::{Carry, PolytopeFilterSettings, Start, facet_bound};
-use crate::error::finite_vector;
+use crate::error::{before, finite_vector};
 use crate::estimator::Measurement;
 use crate::estimators::linear_output::check_measurement;
 use crate::estimators::set_membership::set_of;
@@ -207,16 +207,17 @@ impl<Y: System> PolytopeFilter<Y> {
                 Polytope::new(belief.hull.clone(), belief.strips.clone()).map_err(&at)?
             }
         };
-        let (w, argument, noise) = match self.noise_over(Side::Dynamics, k - 1, u, from.hull())? {
-            Noise::Added { image, .. } => (image, NoiseArgument::Zero, None),
-            Noise::General(noise) => (
-                ConstrainedZonotope::point(&vec![0.0; self.n]).map_err(&at)?,
-                NoiseArgument::Generators(self.w.zonotope()),
-                noise,
-            ),
-        };
+        let (w, argument, noise) =
+            match self.noise_over(Side::Dynamics, before(k)?, u, from.hull())? {
+                Noise::Added { image, .. } => (image, NoiseArgument::Zero, None),
+                Noise::General(noise) => (
+                    ConstrainedZonotope::point(&vec![0.0; self.n]).map_err(&at)?,
+                    NoiseArgument::Generators(self.w.zonotope()),
+                    noise,
+                ),
+            };
         let mut lp = LinearProgram::new();
-        let f = self.equation(Side::Dynamics, k - 1, u, argument);
+        let f = self.equation(Side::Dynamics, before(k)?, u, argument);
         let moved = match &self.method {
             Method::Lift { recipe } => lift(&f, &from, noise.as_ref(), *recipe, &w)
                 .and_then(|set| PolytopeBelief::new(set, Vec::new(), None, self.facets, &mut lp)),
