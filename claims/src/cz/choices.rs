@@ -284,9 +284,10 @@ fn linear_program(t: &mut Trial, change: Change) {
             (0..n).fold(Q::zero(), |sum, i| {
                 let (mut low, mut high) = (Q::zero(), Q::zero());
                 for k in 0..n {
-                    let ends = [&j.rad[(i, k)] * &p[k], -&j.rad[(i, k)] * &p[k]];
-                    low += ends.iter().min().unwrap();
-                    high += ends.iter().max().unwrap();
+                    // [-r, r] p
+                    let end = (&j.rad[(i, k)] * &p[k]).abs();
+                    low -= &end;
+                    high += &end;
                 }
                 sum + high - low
             })
