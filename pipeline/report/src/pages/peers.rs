@@ -309,7 +309,7 @@ fn chart(rows: &[PeerRow]) -> String {
             let bar = Bar {
                 name: tool.to_owned(),
                 value: ratio.median(),
-                spread: ratio.spread(),
+                ends: Some(ratio.spread()),
                 text: match ratio.row.cut_off {
                     Some(0) | None => format!("{} ×", digits(ratio.median())),
                     Some(_) => format!(

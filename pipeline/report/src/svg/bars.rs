@@ -2,7 +2,7 @@
 
 use super::{Colour, INK, MARGIN, TITLE, WIDTH, escaped, pixels, text};
 
-/// Bars in groups, all along one axis that begins at 1.
+/// Bars in groups, all along one logarithmic axis that begins at 1.
 #[derive(Clone, Debug, Default)]
 pub struct Bars {
     /// What it shows, above it
@@ -22,15 +22,15 @@ pub struct Group {
     pub bars: Vec<Bar>,
 }
 
-/// A bar from 1 to `value`; what is not above 1 is not drawn and has its text alone.
+/// A bar to `value`, from 1 on a logarithmic axis, where what is not above 1 has its text alone, and from 0 on a linear one.
 #[derive(Clone, Debug)]
 pub struct Bar {
     /// Its name, left of it
     pub name: String,
     /// Where it ends
     pub value: f64,
-    /// From where to where the value spreads, a line over its end
-    pub spread: [f64; 2],
+    /// From where to where the value spreads or is uncertain, a line over its end
+    pub ends: Option<[f64; 2]>,
     /// What stands right of it
     pub text: String,
     /// Its colour
@@ -47,7 +47,7 @@ impl Bars {
     pub fn to_svg(&self) -> String {
         let bars = || self.groups.iter().flat_map(|g| &g.bars);
         let most = bars()
-            .map(|b| b.value.max(b.spread[1]))
+            .map(|b| b.ends.map_or(b.value, |ends| b.value.max(ends[1])))
             .filter(|v| v.is_finite());
         let decades = libm::log10(most.fold(10.0, f64::max)).ceil();
         let (left, right) = (MARGIN + NAMES, WIDTH - MARGIN - TEXTS);
@@ -81,14 +81,17 @@ impl Bars {
                     pixels(top - 9.0),
                     pixels(end - left)
                 ));
-                let [from, to] = bar.spread.map(at);
-                body.push_str(&format!(
-                    "<path d=\"M{} {}H{}\" stroke=\"{INK}\" stroke-width=\"1.2\"/>\n",
-                    pixels(from),
-                    pixels(top - 4.0),
-                    pixels(to)
-                ));
-                text(&mut body, [end.max(to) + 6.0, top], FONT, "", &bar.text);
+                let mut reach = end;
+                if let Some([from, to]) = bar.ends.map(|ends| ends.map(at)) {
+                    body.push_str(&format!(
+                        "<path d=\"M{} {}H{}\" stroke=\"{INK}\" stroke-width=\"1.2\"/>\n",
+                        pixels(from),
+                        pixels(top - 4.0),
+                        pixels(to)
+                    ));
+                    reach = reach.max(to);
+                }
+                text(&mut body, [reach + 6.0, top], FONT, "", &bar.text);
             }
         }
         top += 8.0;
@@ -130,7 +133,7 @@ mod tests {
         let bar = |value| Bar {
             name: "a <tool>".to_owned(),
             value,
-            spread: [value, value],
+            ends: None,
             text: String::new(),
             colour: Colour::Blue,
         };

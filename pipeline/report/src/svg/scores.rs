@@ -1,6 +1,7 @@
 //! Numbers as bars from 0, in groups that have a scale each, with intervals over their ends.
 
-use super::{Colour, INK, MARGIN, TITLE, WIDTH, escaped, pixels, text};
+use super::bars::Group;
+use super::{INK, MARGIN, TITLE, WIDTH, escaped, pixels, text};
 
 /// Bars in groups.
 #[derive(Clone, Debug, Default)]
@@ -11,30 +12,6 @@ pub struct Scores {
     pub description: String,
     /// The groups from the top
     pub groups: Vec<Group>,
-}
-
-/// Bars under one heading, along one axis.
-#[derive(Clone, Debug, Default)]
-pub struct Group {
-    /// Its heading
-    pub label: String,
-    /// The bars from the top
-    pub bars: Vec<Bar>,
-}
-
-/// A bar from 0 to `value`.
-#[derive(Clone, Debug)]
-pub struct Bar {
-    /// Its name, left of it
-    pub name: String,
-    /// Where it ends
-    pub value: f64,
-    /// From where to where the value is uncertain, a line over its end
-    pub ends: Option<[f64; 2]>,
-    /// What stands right of it
-    pub text: String,
-    /// Its colour
-    pub colour: Colour,
 }
 
 const NAMES: f64 = 150.0;
@@ -126,6 +103,8 @@ impl Scores {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::svg::Colour;
+    use crate::svg::bars::Bar;
 
     #[test]
     fn a_bar_is_as_long_as_its_value_on_the_scale_of_its_group() {
