@@ -19,6 +19,9 @@ from zonobench import _native
 
 KINDS = {
     "kalman": zb.Kalman,
+    "ekf": zb.Ekf,
+    "ukf": zb.Ukf,
+    "particle": zb.Particle,
     "box-state-est": zb.BoxStateEst,
     "ezgkf": zb.Ezgkf,
     "ezgkf-m": zb.EzgkfM,
@@ -45,6 +48,18 @@ def test_every_kind_has_a_class_and_every_setting_a_word_in_its_docstring() -> N
     for kind, keys in kinds.items():
         for key in keys:
             assert key in (KINDS[kind].__doc__ or ""), f"{kind}: {key}"
+
+
+def test_filters_without_a_set_follow_the_kalman_filter_of_a_linear_system(cart: zb.Problem) -> None:
+    truth = zb.simulate(cart, 30, seed=2, u=[0.1], x0=[0.2, -0.1], w="uniform", v="uniform")
+    exact = zb.track(zb.Kalman(cart), truth.y, truth.u)
+    for kind in (zb.Ekf, zb.Ukf):
+        run = zb.track(kind(cart), truth.y, truth.u)
+        # Both are the Kalman filter there, by other sums; by themselves they report another phase.
+        assert np.allclose(run.updated.center, exact.updated.center, rtol=0, atol=1e-12)
+    particles = zb.Online(zb.Particle(cart, particles=200, seed=1))
+    belief = particles.step(truth.u[0], truth.y[0])
+    assert belief.set is None and belief.hull is None and not zb.Particle(cart).guaranteed
 
 
 @pytest.mark.parametrize("kind", ["zmv", "zfo", "czmv", "czfo", "rrsr", "d-rrsr", "d-zb", "d-cz", "comb", "comb+", "lift"])

@@ -53,10 +53,40 @@ class Kalman(Kind):
     name = "kalman"
 
 
+class Ekf(Kind):
+    """Extended Kalman filter: linearised about its estimate by the system's own derivatives. Not guaranteed.
+
+    wrap: True takes differences of measurements in rad in (-pi, pi]. Of a noise that is a set alone, mean and covariance are
+    those of the uniform distribution over its generators. `set` is None.
+    """
+
+    name = "ekf"
+
+
+class Ukf(Kind):
+    """Unscented Kalman filter, Julier's scaled form. Not guaranteed.
+
+    alpha: how far the points are spread, 1 unless given. beta: what is known of the fourth moment, 2 unless given.
+    kappa: 0 unless given. wrap: as in `Ekf`.
+    """
+
+    name = "ukf"
+
+
+class Particle(Kind):
+    """Bootstrap particle filter with systematic resampling. Not guaranteed.
+
+    particles: how many, 1000 unless given. resample_below: the share of them, 0.5 unless given, below which their effective
+    number makes the filter resample. seed: of its own random numbers. wrap: as in `Ekf`.
+    """
+
+    name = "particle"
+
+
 class BoxStateEst(Kind):
     """Box-State-Est of [Meslem], a box observer of a linear system. Guaranteed with stacked products.
 
-    products: "stacked" (the default) or "printed".
+    products: "stacked" (the default) or "printed". scale: "none" or "prior".
     """
 
     name = "box-state-est"
@@ -99,7 +129,8 @@ class Ezgkp(Kind):
 class Zmv(Kind):
     """ZMV of [Rego2020]: zonotopes, mean value extension. Guaranteed.
 
-    generators: the number kept, at least n. scale: "none" or "prior".
+    generators: the number kept, at least n. scale: "none" or "prior". measurement: {"passes": 2} reads a measurement that is
+    not linear twice.
     """
 
     name = "zmv"
@@ -108,7 +139,8 @@ class Zmv(Kind):
 class Zfo(Kind):
     """ZFO of [Rego2020]: zonotopes, first-order Taylor extension. Guaranteed.
 
-    generators: the number kept, at least n. scale: "none" or "prior".
+    generators: the number kept, at least n. scale: "none" or "prior". measurement: {"passes": 2} reads a measurement that is
+    not linear twice.
     """
 
     name = "zfo"
@@ -120,6 +152,7 @@ class Czmv(Kind):
     generators: the number kept, at least n + constraints. constraints: the number kept.
     h: the point that f is linearised about, "c1", "c2" (the default), "c3", "c4", "xb" or "c4xb".
     scale: "none" or "prior", in whose units components are compared.
+    measurement: {"passes": 2} reads a measurement that is not linear twice.
     """
 
     name = "czmv"
@@ -131,6 +164,7 @@ class Czfo(Kind):
     generators: the number kept, at least n + constraints. constraints: the number kept.
     h: the point of expansion, "c4" unless given. expansion: "full" or "lean". remainder: "symmetric" or "printed".
     scale: "none" or "prior", in whose units components are compared.
+    measurement: {"passes": 2} reads a measurement that is not linear twice.
     """
 
     name = "czfo"

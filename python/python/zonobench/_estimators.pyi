@@ -20,18 +20,39 @@ class EzgkpSettings(EzgkfSettings):
 
 class KalmanSettings(TypedDict): ...
 
+class EkfSettings(TypedDict):
+    wrap: NotRequired[bool]
+
+class UkfSettings(TypedDict):
+    alpha: NotRequired[float]
+    beta: NotRequired[float]
+    kappa: NotRequired[float]
+    wrap: NotRequired[bool]
+
+class ParticleSettings(TypedDict):
+    particles: NotRequired[int]
+    resample_below: NotRequired[float]
+    seed: NotRequired[int]
+    wrap: NotRequired[bool]
+
+class MeasurementSettings(TypedDict):
+    passes: NotRequired[Literal[1, 2]]
+
 class BoxStateEstSettings(TypedDict):
     products: NotRequired[Literal["stacked", "printed"]]
+    scale: NotRequired[_Scale]
 
 class ZonotopeFilterSettings(TypedDict):
     generators: int
     scale: NotRequired[_Scale]
+    measurement: NotRequired[MeasurementSettings]
 
 class CzmvSettings(TypedDict):
     generators: int
     constraints: int
     h: NotRequired[Literal["c1", "c2", "c3", "c4", "xb", "c4xb"]]
     scale: NotRequired[_Scale]
+    measurement: NotRequired[MeasurementSettings]
 
 class CzfoSettings(CzmvSettings):
     expansion: NotRequired[Literal["full", "lean"]]
@@ -64,6 +85,15 @@ class Kind(Estimator):
 
 class Kalman(Kind):
     def __new__(cls, problem: Problem, **settings: Unpack[KalmanSettings]) -> Self: ...
+
+class Ekf(Kind):
+    def __new__(cls, problem: Problem, **settings: Unpack[EkfSettings]) -> Self: ...
+
+class Ukf(Kind):
+    def __new__(cls, problem: Problem, **settings: Unpack[UkfSettings]) -> Self: ...
+
+class Particle(Kind):
+    def __new__(cls, problem: Problem, **settings: Unpack[ParticleSettings]) -> Self: ...
 
 class BoxStateEst(Kind):
     def __new__(cls, problem: Problem, **settings: Unpack[BoxStateEstSettings]) -> Self: ...
